@@ -37,9 +37,9 @@ std::string camel_case(std::string_view member) {
 }
 
 /// Adds the parts of one component after another to `named`, each before what uses it.
-class Parts {
+class ComponentNames {
  public:
-  explicit Parts(Json& named) : named_(named) {}
+  explicit ComponentNames(Json& named) : named_(named) {}
 
   /// Replaces the objects inside the schema by references. name: of the schema.
   void take_inner(Json& schema, const std::string& name) {
@@ -98,9 +98,9 @@ class Parts {
 
 void name_parts(Json& schemas) {
   Json named = Json::object();
-  Parts parts(named);
+  ComponentNames names(named);
   for (const auto& schema : schemas.items()) {
-    parts.take_inner(schema.value(), schema.key());
+    names.take_inner(schema.value(), schema.key());
     CHECK(!named.contains(schema.key()));
     named[schema.key()] = std::move(schema.value());
   }

@@ -115,8 +115,7 @@ std::vector<std::string_view> camera_type_names() {
 }
 
 const View<ViewpointView>& viewpoint_view() {
-  using Seen = ViewpointView;
-  static const View<Seen> kView = {
+  static const View<ViewpointView> kView = {
       "",
       "The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is "
       "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where "
@@ -125,19 +124,21 @@ const View<ViewpointView>& viewpoint_view() {
       "panorama. Pixel i goes from i to i + 1; for tools that count from its "
       "centre, subtract 0.5.",
       {{"type", shape::one_of(camera_type_names()),
-        [](const Seen& c) -> Json { return core::row_of(core::camera_types(), c.type).name; }},
-       {"width", shape::count(), [](const Seen& c) -> Json { return c.width; }},
-       {"height", shape::count(), [](const Seen& c) -> Json { return c.height; }},
+        [](const ViewpointView& c) -> Json {
+          return core::row_of(core::camera_types(), c.type).name;
+        }},
+       {"width", shape::count(), [](const ViewpointView& c) -> Json { return c.width; }},
+       {"height", shape::count(), [](const ViewpointView& c) -> Json { return c.height; }},
        {"fx",
         shape::real(
             "Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian."),
-        [](const Seen& c) -> Json { return c.scale_px[0]; }},
-       {"fy", shape::real(), [](const Seen& c) -> Json { return c.scale_px[1]; }},
+        [](const ViewpointView& c) -> Json { return c.scale_px[0]; }},
+       {"fy", shape::real(), [](const ViewpointView& c) -> Json { return c.scale_px[1]; }},
        {"cx", shape::real("Principal point; the centre of pixel 0 is at 0.5."),
-        [](const Seen& c) -> Json { return c.center_px[0]; }},
-       {"cy", shape::real(), [](const Seen& c) -> Json { return c.center_px[1]; }},
+        [](const ViewpointView& c) -> Json { return c.center_px[0]; }},
+       {"cy", shape::real(), [](const ViewpointView& c) -> Json { return c.center_px[1]; }},
        {"distortion", distortion_shape(),
-        [](const Seen& c) { return distortion_json(c.distortion); }},
+        [](const ViewpointView& c) { return distortion_json(c.distortion); }},
        {"world_to_camera",
         shape::reals(
             "16 numbers, row by row; x to the right, y down, z forward, as in OpenCV and COCO."),

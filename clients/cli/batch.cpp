@@ -23,7 +23,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::chrono::milliseconds kLook{500};
+constexpr std::chrono::milliseconds kPoll{500};
 
 struct BatchFlags {
   ServerFlags server;
@@ -103,7 +103,7 @@ core::Result<Json> wait_for_end(ApiClient& client, const std::string& path) {
     if (ended) {
       return batch;
     }
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPoll);
   }
 }
 

@@ -15,7 +15,7 @@
 namespace cli {
 namespace {
 
-constexpr std::chrono::milliseconds kDrainLook{500};
+constexpr std::chrono::milliseconds kDrainPoll{500};
 
 struct ListFlags {
   std::vector<std::string> states;
@@ -126,7 +126,7 @@ int drain_server(const ServerFlags& server, bool ends, bool waits) {
       std::printf("%s\n", state.dump().c_str());
       return kDone;
     }
-    std::this_thread::sleep_for(kDrainLook);
+    std::this_thread::sleep_for(kDrainPoll);
     reply = (*client)->get("/v1/drain");
   }
 }

@@ -77,35 +77,35 @@ core::Result<std::string> WorkerJobs::file(const std::string& job, const std::st
 
 /// Removes parts of files that no worker completes any more, then the least recently used files.
 void WorkerJobs::keep_within_bounds() const {
-  struct Kept {
+  struct CachedFile {
     fs::file_time_type used;
     std::uint64_t bytes = 0;
     fs::path path;
   };
-  std::vector<Kept> files;
+  std::vector<CachedFile> files;
   std::uint64_t all = 0;
   std::error_code code;
   for (fs::directory_iterator at(folder_, code), end; !code && at != end; at.increment(code)) {
     std::error_code is_gone;  // Another worker may share the folder.
-    const Kept kept = {at->last_write_time(is_gone), at->file_size(is_gone), at->path()};
+    const CachedFile file = {at->last_write_time(is_gone), at->file_size(is_gone), at->path()};
     if (is_gone) {
       continue;
     }
-    if (kept.path.has_extension() && fs::file_time_type::clock::now() - kept.used > kStale) {
-      fs::remove(kept.path, is_gone);
+    if (file.path.has_extension() && fs::file_time_type::clock::now() - file.used > kStale) {
+      fs::remove(file.path, is_gone);
       continue;
     }
-    files.push_back(kept);
-    all += kept.bytes;
+    files.push_back(file);
+    all += file.bytes;
   }
   std::sort(files.begin(), files.end(),
-            [](const Kept& a, const Kept& b) { return a.used < b.used; });
-  for (const Kept& kept : files) {
+            [](const CachedFile& a, const CachedFile& b) { return a.used < b.used; });
+  for (const CachedFile& file : files) {
     if (all <= options_.folder_bytes_max) {
       return;
     }
-    fs::remove(kept.path, code);
-    all -= kept.bytes;
+    fs::remove(file.path, code);
+    all -= file.bytes;
   }
 }
 

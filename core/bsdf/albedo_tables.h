@@ -95,17 +95,17 @@ F sheen_albedo(F mu, F roughness) noexcept {
 
 namespace glass_detail {
 
-struct Place {
+struct TableCell {
   int node[3];
   float share[3];
 };
 
-inline Place place(float mu, float roughness, float ior) noexcept {
+inline TableCell cell_of(float mu, float roughness, float ior) noexcept {
   constexpr float kLast = kGlassNodes - 1;
   const float at[3] = {std::sqrt(std::clamp((ior - 1) * 0.5F, 0.0F, 1.0F)) * kLast,
                        std::clamp(roughness, 0.0F, 1.0F) * kLast,
                        std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast};
-  Place p{};
+  TableCell p{};
   for (int k = 0; k < 3; ++k) {
     p.node[k] = std::min(static_cast<int>(at[k]), kGlassNodes - 2);
     p.share[k] = at[k] - static_cast<float>(p.node[k]);
@@ -118,7 +118,7 @@ inline Place place(float mu, float roughness, float ior) noexcept {
 /// Returns the albedo of glass. ior: of the denser side over the thinner one, above 1. inside: the
 /// direction is in the denser one.
 inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
-  const auto p = glass_detail::place(mu, roughness, ior);
+  const auto p = glass_detail::cell_of(mu, roughness, ior);
   const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;
   float sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -134,7 +134,7 @@ inline float glass_albedo(float mu, float roughness, float ior, bool inside) noe
 
 /// Returns the cosine-weighted mean of glass_albedo() over the hemisphere.
 inline float glass_albedo_average(float roughness, float ior, bool inside) noexcept {
-  const auto p = glass_detail::place(1, roughness, ior);
+  const auto p = glass_detail::cell_of(1, roughness, ior);
   const auto& t = inside ? kAlbedoTables.glass_inside_average : kAlbedoTables.glass_outside_average;
   const auto row = [&](int i) {
     return t[i][p.node[1]] + (t[i][p.node[1] + 1] - t[i][p.node[1]]) * p.share[1];

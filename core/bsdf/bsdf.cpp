@@ -50,10 +50,10 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   const float mu = wo_local.z;
 
   diffuse_.albedo = p.base_color * lambert;
-  const bool has_cover = cover > 0 && (max_component(p.f0) > 0 || p.f90 > 0);
+  const bool has_interface = cover > 0 && (max_component(p.f0) > 0 || p.f90 > 0);
   SpecularAlbedo e{1, 0};
   SpecularAlbedo average{1, 0};
-  if (metal > 0 || has_cover || p.transmission > 0) {
+  if (metal > 0 || has_interface || p.transmission > 0) {
     e = albedo_of(facets_, wo_local);
     average = albedo_average(facets_);
   }
@@ -62,12 +62,12 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     film = {layers->iridescence, layers->iridescence_ior, layers->iridescence_thickness_nm,
             layers->wavelengths_nm};
   }
-  if (has_cover) {
+  if (has_interface) {
     interface_ = Interface(p, film, facets_.roughness, mu, e, average);
   }
   Rgb specular_albedo_wo;
   Rgb multiple_albedo;
-  if (metal > 0 || has_cover) {
+  if (metal > 0 || has_interface) {
     specular_.emplace(p, metal, cover, facets_, film, e, average);
     specular_albedo_wo = specular_->albedo(facets_, e);
     multiple_albedo = specular_->multiple_albedo(facets_, e);
@@ -172,7 +172,7 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   Rgb f;
   if (specular_) {
     const SpecularAlbedo e = albedo_of(facets_, wi);
-    f = diffuse_.f_covered(wi.z, interface_, e) + specular_->multiple(e);
+    f = diffuse_.f_under(wi.z, interface_, e) + specular_->multiple(e);
   } else {
     f = diffuse_.f();
   }
@@ -189,7 +189,7 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
   }
   const float mu = -wi.z;
   const SpecularAlbedo e = specular_ || thin_ ? albedo_of(facets_, wi) : SpecularAlbedo{};
-  Rgb f = specular_ ? below_.f_covered(mu, interface_, e) : below_.f();
+  Rgb f = specular_ ? below_.f_under(mu, interface_, e) : below_.f();
   if (glass_ && glass_->has_multiple_below()) {
     f += glass_->multiple_below(mu, facets_.roughness);
   }

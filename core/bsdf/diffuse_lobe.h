@@ -14,7 +14,7 @@ struct DiffuseLobe {
 
   /// Returns the BSDF under an interface; mu: cosine of wi on its side, e: the interface's albedo
   /// there.
-  Rgb f_covered(float mu, const Interface& interface, SpecularAlbedo e) const noexcept {
+  Rgb f_under(float mu, const Interface& interface, SpecularAlbedo e) const noexcept {
     return f() * interface.coupling(mu, e);
   }
   Rgb f() const noexcept { return albedo * kInvPi; }

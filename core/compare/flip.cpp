@@ -247,12 +247,13 @@ Features features_of(const Plane& y, double pixels_per_degree, int width, int he
   return {norm(edge), norm(point)};
 }
 
-struct Seen {
+struct PerceivedImage {
   std::vector<Triple> color;  ///< filtered by contrast sensitivity, in Hunt-adjusted CIELAB
   Features features;
 };
 
-Seen seen(std::span<const Rgb> picture, int width, int height, double pixels_per_degree) {
+PerceivedImage perceived(std::span<const Rgb> picture, int width, int height,
+                         double pixels_per_degree) {
   Plane y(width, height);
   Plane cx(width, height);
   Plane cz(width, height);
@@ -271,7 +272,7 @@ Seen seen(std::span<const Rgb> picture, int width, int height, double pixels_per
   const Plane sharp_y = csf_filtered(y, kAchromatic, pixels_per_degree, width, height);
   const Plane sharp_cx = csf_filtered(cx, kRedGreen, pixels_per_degree, width, height);
   const Plane sharp_cz = csf_filtered(cz, kBlueYellow, pixels_per_degree, width, height);
-  Seen out;
+  PerceivedImage out;
   out.color.reserve(picture.size());
   for (std::size_t i = 0; i < picture.size(); ++i) {
     Triple rgb = rgb_from_ycxcz({static_cast<double>(sharp_y[i]), static_cast<double>(sharp_cx[i]),
@@ -289,8 +290,8 @@ Seen seen(std::span<const Rgb> picture, int width, int height, double pixels_per
 
 std::vector<float> flip_map(std::span<const Rgb> a, std::span<const Rgb> b, int width, int height,
                             double pixels_per_degree) {
-  const Seen left = seen(a, width, height, pixels_per_degree);
-  const Seen right = seen(b, width, height, pixels_per_degree);
+  const PerceivedImage left = perceived(a, width, height, pixels_per_degree);
+  const PerceivedImage right = perceived(b, width, height, pixels_per_degree);
   std::vector<float> map(a.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
     const double color = redistribute(color_distance(left.color[i], right.color[i]));

@@ -178,7 +178,7 @@ void Film::add_light(const LightBatch& light) {
   splats_.light_samples[static_cast<std::size_t>(light.unit)] = light.last_sample;
   splats_.rejected_samples += light.rejected_samples;
   splats_.rays += light.rays;
-  is_settled_ = false;
+  is_published_ = false;
 }
 
 std::size_t Film::splats_of(int tile) const noexcept {
@@ -195,14 +195,14 @@ int Film::light_samples(int unit) const {
   return splats_.light_samples[static_cast<std::size_t>(unit)];
 }
 
-std::vector<std::uint32_t> Film::settle_splats() {
+std::vector<std::uint32_t> Film::publish_splats() {
   std::vector<std::uint32_t> revisions;
   {
     MutexLock lock(mutex_);
-    if (is_settled_) {
+    if (is_published_) {
       return revisions;
     }
-    is_settled_ = true;
+    is_published_ = true;
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const auto state = shown_tile(tile);

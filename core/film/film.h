@@ -176,7 +176,7 @@ class Film {
   int light_samples(int unit) const;
   /// If light was committed since the last call, gives every tile a new revision and returns the
   /// tiles with their revisions. error_floor() counts splats as of the last call.
-  std::vector<std::uint32_t> settle_splats();
+  std::vector<std::uint32_t> publish_splats();
   /// Returns a consistent copy in which no tile is empty.
   SplatState splats() const;
   /// Returns the job's meter; empty if it has none.
@@ -245,7 +245,7 @@ class Film {
     std::shared_ptr<const TileState> state;
     SampleCounts counts;
     /// Of `state`, computed when error_floor() first asks for it; with splats, as of
-    /// settle_splats().
+    /// publish_splats().
     std::optional<TileLight> light;
     std::uint32_t revision = 0;
     std::uint64_t version = 0;
@@ -274,7 +274,7 @@ class Film {
   std::uint64_t version_ GUARDED_BY(mutex_) = 0;
   double cpu_seconds_beside_ GUARDED_BY(mutex_) = 0;
   SplatState splats_ GUARDED_BY(mutex_);
-  bool is_settled_ GUARDED_BY(mutex_) = true;
+  bool is_published_ GUARDED_BY(mutex_) = true;
   std::vector<MeterChunk> meter_ GUARDED_BY(mutex_);
 };
 

@@ -199,12 +199,12 @@ class Etc1sCodebooks::Slice {
   std::uint32_t run_ = 0;
 };
 
-std::optional<Etc1sCodebooks> Etc1sCodebooks::read(const Parts& parts) {
+std::optional<Etc1sCodebooks> Etc1sCodebooks::read(const Sections& sections) {
   Etc1sCodebooks books;
-  if (parts.endpoint_count == 0 || parts.selector_count == 0 ||
-      !books.read_endpoints(parts.endpoints, parts.endpoint_count) ||
-      !books.read_selectors(parts.selectors, parts.selector_count) ||
-      !books.read_tables(parts.tables)) {
+  if (sections.endpoint_count == 0 || sections.selector_count == 0 ||
+      !books.read_endpoints(sections.endpoints, sections.endpoint_count) ||
+      !books.read_selectors(sections.selectors, sections.selector_count) ||
+      !books.read_tables(sections.tables)) {
     return std::nullopt;
   }
   return books;

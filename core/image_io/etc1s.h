@@ -17,7 +17,7 @@ namespace core {
 /// The codebooks and Huffman tables that all images of a file share.
 class Etc1sCodebooks {
  public:
-  struct Parts {
+  struct Sections {
     std::uint32_t endpoint_count = 0;
     std::uint32_t selector_count = 0;
     std::span<const std::byte> endpoints;
@@ -25,7 +25,7 @@ class Etc1sCodebooks {
     std::span<const std::byte> tables;
   };
   /// Returns empty for malformed data.
-  static std::optional<Etc1sCodebooks> read(const Parts& parts);
+  static std::optional<Etc1sCodebooks> read(const Sections& sections);
 
   /// The destination of a slice: writes `count` of the `channels` values of each texel, from `to`
   /// on. If count is one, it is green, the channel that stores alpha.

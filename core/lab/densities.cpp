@@ -54,12 +54,12 @@ Distribution1D table() {
   return Distribution1D(weights);
 }
 
-struct Place {
+struct Point2 {
   double x = 0;
   double y = 0;
 };
 
-Place drawn(const Trial& trial) {
+Point2 drawn(const Trial& trial) {
   static const Distribution1D kTabulated = table();
   const Vec4 u = trial.get_4d(0);
   switch (trial.estimator()) {
@@ -88,7 +88,7 @@ Place drawn(const Trial& trial) {
   }
 }
 
-int bin_of(std::size_t estimator, Place p) {
+int bin_of(std::size_t estimator, Point2 p) {
   const auto cell = [](double v, int cells) {
     return std::clamp(static_cast<int>(v * cells), 0, cells - 1);
   };
@@ -124,7 +124,7 @@ double estimate(Trial& trial) {
 }
 
 Vec4 shown(const Trial& trial) {
-  const Place p = drawn(trial);
+  const Point2 p = drawn(trial);
   const double scale = is_on_disk(trial.estimator()) ? 0.5 : 1;
   const double shift = is_on_disk(trial.estimator()) ? 0.5 : 0;
   return {static_cast<float>(p.x * scale + shift), static_cast<float>(p.y * scale + shift), 0, 0};

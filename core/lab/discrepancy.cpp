@@ -49,13 +49,13 @@ std::optional<TheorySlope> slope(const Setup& setup) {
   return s == "sobol" ? std::optional(TheorySlope{-1, 0.15}) : std::nullopt;
 }
 
-struct Place {
+struct Point2 {
   double x = 0;
   double y = 0;
 };
 
 double estimate(Trial& trial) {
-  std::vector<Place> points;
+  std::vector<Point2> points;
   const double scale = trial.estimator() == kClumped ? 0.9 : 1;
   double mean = 0;
   for (std::int64_t i = 0; i < trial.n(); ++i) {
@@ -77,7 +77,7 @@ double estimate(Trial& trial) {
     if (!trial.start(static_cast<std::int64_t>(i))) {
       return 0;
     }
-    const Place p = points[i];
+    const Point2 p = points[i];
     single += (1 - p.x * p.x) * (1 - p.y * p.y);
     pairs += (1 - p.x) * (1 - p.y);
     for (std::size_t j = 0; j < i; ++j) {

@@ -56,14 +56,14 @@ double evaluations(const Setup& setup, std::int64_t n) {
 }
 
 /// A sample of `count` candidates; weight: W = sum w / (M target).
-struct Kept {
+struct Reservoir {
   double y = 0;
   double weight = 0;
   double count = 0;
   std::size_t pixel = 0;
 };
 
-Kept fresh(Trial& trial, std::size_t pixel, std::uint32_t& number) {
+Reservoir fresh(Trial& trial, std::size_t pixel, std::uint32_t& number) {
   const int m = trial.whole(kCandidates);
   WeightedReservoir<double> chosen(trial.extra_1d(number++));
   for (int j = 0; j < m; ++j) {
@@ -71,14 +71,15 @@ Kept fresh(Trial& trial, std::size_t pixel, std::uint32_t& number) {
     chosen.add(y, target(pixel, y));
   }
   const auto count = static_cast<double>(m);
-  return chosen.empty() ? Kept{0, 0, count, pixel}
-                        : Kept{chosen.item(), chosen.sum() / count / target(pixel, chosen.item()),
-                               count, pixel};
+  return chosen.empty()
+             ? Reservoir{0, 0, count, pixel}
+             : Reservoir{chosen.item(), chosen.sum() / count / target(pixel, chosen.item()), count,
+                         pixel};
 }
 
 /// Merges for pixel 0.
-Kept merge(const Trial& trial, const std::vector<Kept>& all, SharedSamples& shares,
-           std::uint32_t& number) {
+Reservoir merge(const Trial& trial, const std::vector<Reservoir>& all, SharedSamples& shares,
+                std::uint32_t& number) {
   shares.start(all.size());
   double count = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -90,13 +91,14 @@ Kept merge(const Trial& trial, const std::vector<Kept>& all, SharedSamples& shar
   shares.choose((std::uint64_t{1} << all.size()) - 1);
   WeightedReservoir<double> chosen(trial.extra_1d(number++));
   for (std::size_t j = 0; j < all.size(); ++j) {
-    const Kept& k = all[j];
+    const Reservoir& k = all[j];
     const double share = trial.estimator() == kByCount ? k.count / count : double{shares.weight(j)};
     const double w = trial.estimator() == kNoWeight ? (k.weight > 0 ? 1 : 0) : k.weight;
     chosen.add(k.y, share * target(0, k.y) * w);
   }
-  return chosen.empty() ? Kept{0, 0, count, 0}
-                        : Kept{chosen.item(), chosen.sum() / target(0, chosen.item()), count, 0};
+  return chosen.empty()
+             ? Reservoir{0, 0, count, 0}
+             : Reservoir{chosen.item(), chosen.sum() / target(0, chosen.item()), count, 0};
 }
 
 double estimate(Trial& trial) {
@@ -105,12 +107,12 @@ double estimate(Trial& trial) {
   const double cap = trial.parameter(kCap) * trial.parameter(kCandidates);
   const bool is_spatial = setup.estimator != kTwo && setup.estimator != kChain;
   SharedSamples shares;
-  std::vector<Kept> all;
+  std::vector<Reservoir> all;
   trial.add_cost(evaluations(setup, trial.n()));
   return mean_of(trial, [&] {
     std::uint32_t number = 0;
     all.clear();
-    Kept out;
+    Reservoir out;
     for (std::size_t k = 0; k < parts; ++k) {
       all.push_back(fresh(trial, is_spatial ? k : 0, number));
       if (setup.estimator == kChain && k > 0) {

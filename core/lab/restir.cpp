@@ -54,13 +54,13 @@ std::int64_t rounded(const Setup& setup, std::int64_t n) {
 }
 
 /// A light point that represents `count` candidates; weight: its unbiased contribution weight W.
-struct Kept {
+struct Reservoir {
   double y = 0;
   double weight = 0;
   double count = 0;
 };
 
-Kept fresh(const Trial& trial, int pixel, int candidates) {
+Reservoir fresh(const Trial& trial, int pixel, int candidates) {
   WeightedReservoir<double> chosen(trial.extra_1d(0));
   for (int j = 0; j < candidates; ++j) {
     const Vec4 u = trial.get_4d(j / 4);
@@ -76,26 +76,27 @@ Kept fresh(const Trial& trial, int pixel, int candidates) {
 }
 
 struct Stream {
-  Kept kept;
+  Reservoir reservoir;
   int pixel = 0;  ///< pixel of its target function
 };
 
 /// Combines reservoirs for `pixel`. Source: Bitterli et al. 2020, with the balance heuristic over
 /// the reservoirs' targets and counts; if is_biased, with weights 1 / (sum of counts).
-Kept combine(const Trial& trial, int pixel, const std::vector<Stream>& streams, bool is_biased) {
+Reservoir combine(const Trial& trial, int pixel, const std::vector<Stream>& streams,
+                  bool is_biased) {
   WeightedReservoir<double> chosen(trial.extra_1d(1));
   double count = 0;
   for (const Stream& s : streams) {
-    count += s.kept.count;
-    double share = s.kept.count;
+    count += s.reservoir.count;
+    double share = s.reservoir.count;
     if (!is_biased) {
       double all = 0;
       for (const Stream& other : streams) {
-        all += other.kept.count * target(other.pixel, s.kept.y);
+        all += other.reservoir.count * target(other.pixel, s.reservoir.y);
       }
-      share = all > 0 ? s.kept.count * target(s.pixel, s.kept.y) / all : 0;
+      share = all > 0 ? s.reservoir.count * target(s.pixel, s.reservoir.y) / all : 0;
     }
-    chosen.add(s.kept.y, share * target(pixel, s.kept.y) * s.kept.weight);
+    chosen.add(s.reservoir.y, share * target(pixel, s.reservoir.y) * s.reservoir.weight);
   }
   if (chosen.empty()) {
     return {0, 0, count};
@@ -105,7 +106,7 @@ Kept combine(const Trial& trial, int pixel, const std::vector<Stream>& streams, 
 }
 
 /// Renders one frame of the pixel. Returns false if cancelled.
-bool render(Trial& trial, std::int64_t frame, Kept& kept, std::vector<Stream>& streams) {
+bool render(Trial& trial, std::int64_t frame, Reservoir& reservoir, std::vector<Stream>& streams) {
   const int pixel = trial.whole(kPixel);
   const bool spatial = trial.estimator() == kSpatial || trial.estimator() >= kBoth;
   const bool temporal = frame % trial.whole(kChain) != 0 && trial.estimator() >= kTemporal;
@@ -118,29 +119,30 @@ bool render(Trial& trial, std::int64_t frame, Kept& kept, std::vector<Stream>& s
     streams.push_back({fresh(trial, j, trial.whole(kCandidates)), j});
   }
   if (temporal) {
-    streams.push_back({kept, pixel});
+    streams.push_back({reservoir, pixel});
   }
   if (!trial.start_at(pixel, frame)) {
     return false;
   }
-  kept = combine(trial, pixel, streams, trial.estimator() == kBiased);
-  kept.count = std::min(kept.count, trial.parameter(kHistory) * trial.parameter(kCandidates));
+  reservoir = combine(trial, pixel, streams, trial.estimator() == kBiased);
+  reservoir.count =
+      std::min(reservoir.count, trial.parameter(kHistory) * trial.parameter(kCandidates));
   return true;
 }
 
 /// Returns the visible result: the last frame of each chain.
 double estimate(Trial& trial) {
-  Kept kept;
+  Reservoir reservoir;
   std::vector<Stream> streams;
   const int pixel = trial.whole(kPixel);
   const std::int64_t chain = trial.whole(kChain);
   double sum = 0;
   for (std::int64_t frame = 0; frame < trial.n(); ++frame) {
-    if (!render(trial, frame, kept, streams)) {
+    if (!render(trial, frame, reservoir, streams)) {
       return 0;
     }
     if (frame % chain == chain - 1) {
-      sum += target(pixel, kept.y) * kept.weight;
+      sum += target(pixel, reservoir.y) * reservoir.weight;
     }
   }
   return sum * static_cast<double>(chain) / static_cast<double>(trial.n());

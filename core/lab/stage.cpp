@@ -79,7 +79,7 @@ float Stage::pdf_light(Vec3 wi) const noexcept {
   return lights_.pdf_triangle(triangle, {0, 0, 0}, kUp, 1 / wi.z, wi.z);
 }
 
-Stage::Sample Stage::look(Vec3 wi, float pdf_solid_angle) const noexcept {
+Stage::Sample Stage::toward(Vec3 wi, float pdf_solid_angle) const noexcept {
   Sample s;
   s.pdf_solid_angle = pdf_solid_angle;
   if (meets_light(wi)) {
@@ -109,7 +109,7 @@ Stage::Sample Stage::sample_bsdf(Vec4 u) const noexcept {
   if (!(b.pdf_solid_angle > 0)) {
     return {};
   }
-  Sample s = look(b.wi_local, b.pdf_solid_angle);
+  Sample s = toward(b.wi_local, b.pdf_solid_angle);
   s.other_pdf_solid_angle = pdf_light(b.wi_local);
   return s;
 }

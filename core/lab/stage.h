@@ -32,7 +32,7 @@ class Stage {
   Sample sample_light(Vec4 u) const noexcept;
   Sample sample_bsdf(Vec4 u) const noexcept;
   /// Evaluates any direction.
-  Sample look(Vec3 wi, float pdf_solid_angle) const noexcept;
+  Sample toward(Vec3 wi, float pdf_solid_angle) const noexcept;
 
   double irradiance() const noexcept { return exact(edge_); }
   double irradiance_unhidden() const noexcept { return exact(-half_); }

@@ -23,7 +23,8 @@ enum { kDistribution, kTarget, kCap };
 enum { kRareEvents, kLognormal, kCoin, kExponential };
 
 constexpr std::int64_t kPilot = 32;
-constexpr std::int64_t kLook = 16;  ///< samples between two error checks of a sequential rule
+constexpr std::int64_t kCheckSamples =
+    16;  ///< samples between two error checks of a sequential rule
 
 constexpr std::array kEstimators = {
     EstimatorInfo{"fixed", "none", "256 samples, whatever their values."},
@@ -122,7 +123,7 @@ class Pixel {
     Moments half;
     const auto cap = static_cast<std::int64_t>(trial_.whole(kCap));
     while (all.n < static_cast<double>(cap)) {
-      for (std::int64_t k = 0; k < kLook; ++k) {
+      for (std::int64_t k = 0; k < kCheckSamples; ++k) {
         if (!trial_.start_at(index_, next_++)) {
           return 0;
         }
@@ -132,7 +133,7 @@ class Pixel {
           half.add(x);
         }
       }
-      trial_.add_cost(kLook);
+      trial_.add_cost(kCheckSamples);
       const double scale = all.mean < 1 ? std::sqrt(all.mean) : all.mean;
       if (std::fabs(all.mean - half.mean) <= 0.5 * trial_.parameter(kTarget) * scale) {
         break;
@@ -144,7 +145,7 @@ class Pixel {
   double standard_error() {
     Moments all;
     const auto cap = static_cast<double>(trial_.whole(kCap));
-    while (all.n < cap && add(kLook, all)) {
+    while (all.n < cap && add(kCheckSamples, all)) {
       if (std::sqrt(all.variance() / all.n) <= trial_.parameter(kTarget) * all.mean) {
         break;
       }

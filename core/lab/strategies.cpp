@@ -56,10 +56,10 @@ double estimate(Trial& trial) {
     const Vec2 direction = {u.y, u.z};
     switch (trial.estimator()) {
       case kUniform:
-        return ratio(stage.look(uniform_hemisphere(direction), 1 / kTwoPi));
+        return ratio(stage.toward(uniform_hemisphere(direction), 1 / kTwoPi));
       case kCosine: {
         const Vec3 wi = cosine_hemisphere(direction);
-        return ratio(stage.look(wi, cosine_hemisphere_pdf_solid_angle(wi.z)));
+        return ratio(stage.toward(wi, cosine_hemisphere_pdf_solid_angle(wi.z)));
       }
       case kBsdf:
         return ratio(stage.sample_bsdf(u));

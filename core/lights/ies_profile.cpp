@@ -90,7 +90,7 @@ Vec3 IesProfile::direction(float cos_theta, float phi_rad) const noexcept {
   return pole_ * cos_theta + (zero_ * std::cos(phi_rad) + quarter_ * std::sin(phi_rad)) * sin_theta;
 }
 
-IesProfile::Place IesProfile::place(Vec3 direction) const noexcept {
+IesProfile::Cell IesProfile::cell_at(Vec3 direction) const noexcept {
   const auto& thetas = grid_.theta_rad;
   const auto& phis = grid_.phi_rad;
   const float theta = std::acos(std::clamp(dot(direction, pole_), -1.0F, 1.0F));
@@ -109,7 +109,7 @@ IesProfile::Place IesProfile::place(Vec3 direction) const noexcept {
 }
 
 float IesProfile::candela(Vec3 direction) const noexcept {
-  const Place at = place(direction);
+  const Cell at = cell_at(direction);
   if (!at.is_inside) {
     return 0;
   }
@@ -135,7 +135,7 @@ Vec3 IesProfile::sample(Vec2 u) const noexcept {
 }
 
 float IesProfile::pdf_solid_angle(Vec3 direction) const noexcept {
-  const Place at = place(direction);
+  const Cell at = cell_at(direction);
   const float solid_angle = at.is_inside ? cell_solid_angle(at.phi, at.theta) : 0;
   return solid_angle > 0 ? static_cast<float>(cell_lumens(at.phi, at.theta) / lumens_) / solid_angle
                          : 0.0F;

@@ -47,14 +47,14 @@ class IesProfile {
 
  private:
   /// A cell of the grid and a position in it.
-  struct Place {
+  struct Cell {
     std::size_t theta = 0;
     std::size_t phi = 0;
     float along_theta = 0;
     float along_phi = 0;
     bool is_inside = false;
   };
-  Place place(Vec3 direction) const noexcept;
+  Cell cell_at(Vec3 direction) const noexcept;
   Vec3 direction(float cos_theta, float phi_rad) const noexcept;
   float corner(std::size_t phi, std::size_t theta) const noexcept {
     return grid_.candela[phi * grid_.theta_rad.size() + theta];

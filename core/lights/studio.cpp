@@ -30,7 +30,7 @@ struct Room {
 // Three-point lighting: key and fill at 45 degrees to the sides, the key 45 degrees high and four
 // times as bright, the back light opposite the key. Source: Millerson, Lighting for Television and
 // Film, 3rd ed., chapter 6.
-constexpr std::array kStudioLamps = {
+constexpr std::array kStudioPanels = {
     Lamp{-45, 45, 24, 24, 12},
     Lamp{45, 20, 22, 30, 3},
     Lamp{0, 90, 30, 30, 6},
@@ -50,7 +50,7 @@ constexpr std::array kRimLamps = {
     Lamp{0, 30, 30, 20, 0.5F},
 };
 
-constexpr Room kStudio = {0.5F, 0.2F, kStudioLamps};
+constexpr Room kStudio = {0.5F, 0.2F, kStudioPanels};
 constexpr Room kTent = {1, 0.7F, kTentLamps};
 constexpr Room kRim = {0.04F, 0.02F, kRimLamps};
 

@@ -17,7 +17,7 @@ struct LastLookup {
 };
 
 /// A point and its texture footprint.
-struct Seen {
+struct TexturedPoint {
   const SurfacePoint& point;
   Vec3 across_m;  ///< short axis of the elliptical footprint on the surface, world
   Vec3 along_m;
@@ -25,7 +25,8 @@ struct Seen {
   LastLookup& last;
 };
 
-Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint, LastLookup& last) {
+TexturedPoint with_footprint(const SurfacePoint& point, Vec3 wo, Footprint footprint,
+                             LastLookup& last) {
   // A pixel has many samples, whose positions already act as a filter: half the width adds little
   // blur to the pixel's own, and little noise at 4 samples.
   footprint.width_m *= 0.5F;
@@ -46,7 +47,7 @@ Seen seen(const SurfacePoint& point, Vec3 wo, Footprint footprint, LastLookup& l
           last};
 }
 
-Texture::Lookup lookup(const TextureDescription& d, const Seen& at) {
+Texture::Lookup lookup(const TextureDescription& d, const TexturedPoint& at) {
   const auto set = static_cast<std::size_t>(d.uv_set);
   const auto& m = d.uv_transform;
   const auto turned = [&m](Vec2 v) {
@@ -67,7 +68,7 @@ Texture::Lookup lookup(const TextureDescription& d, const Seen& at) {
           .nearest = d.nearest};
 }
 
-Vec4 read(const TextureSlot& slot, const Seen& at) {
+Vec4 read(const TextureSlot& slot, const TexturedPoint& at) {
   if (slot.texture == nullptr) {
     return {1, 1, 1, 1};
   }
@@ -79,7 +80,9 @@ Vec4 read(const TextureSlot& slot, const Seen& at) {
 }
 
 /// Returns the same point at the finest level.
-Seen finest(const SurfacePoint& point, LastLookup& last) { return {point, {}, {}, false, last}; }
+TexturedPoint finest(const SurfacePoint& point, LastLookup& last) {
+  return {point, {}, {}, false, last};
+}
 
 /// World-space directions in which a map's u grows and its v falls.
 struct MapFrame {
@@ -119,7 +122,7 @@ MapFrame frame_of(const TextureSlot& slot, const SurfacePoint& p) {
 }
 
 /// Returns the normal of a normal map in world space, on the front side like point.normal_shading.
-Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
+Vec3 mapped_normal(const TextureSlot& slot, float scale, const TexturedPoint& at) {
   const SurfacePoint& p = at.point;
   if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
     return p.normal_shading;
@@ -133,26 +136,26 @@ Vec3 mapped_normal(const TextureSlot& slot, float scale, const Seen& at) {
 
 Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
 
-float clearcoat(const Material& material, const Seen& at) {
+float clearcoat(const Material& material, const TexturedPoint& at) {
   return clamp01(material.factors.clearcoat * read(material.clearcoat, at).x);
 }
 
 /// Returns the normal of the clearcoat on the viewer's side.
-Vec3 clearcoat_normal(const Material& material, const Seen& at, Vec3 wo_world) {
+Vec3 clearcoat_normal(const Material& material, const TexturedPoint& at, Vec3 wo_world) {
   const Vec3 n =
       mapped_normal(material.clearcoat_normal, material.factors.clearcoat_normal_scale, at);
   return facing(dot(at.point.normal_geometric, wo_world) >= 0 ? n : -n, wo_world);
 }
 
 /// Returns the colour of an unlit material.
-Rgb unlit(const Material& material, const Seen& at) {
+Rgb unlit(const Material& material, const TexturedPoint& at) {
   const Vec4 c = read(material.base_color, at);
   const Vec4 vertex = at.point.color;
   return material.factors.base_color * Rgb{c.x * vertex.x, c.y * vertex.y, c.z * vertex.z};
 }
 
 /// Fills the less common layers, with textures.
-void fill_layers(const Material& material, const Seen& at, Vec3 wo_world, Shading& s) {
+void fill_layers(const Material& material, const TexturedPoint& at, Vec3 wo_world, Shading& s) {
   const MaterialDescription& f = material.factors;
   BsdfLayers& l = s.layers;
   l.clearcoat = clearcoat(material, at);
@@ -194,7 +197,7 @@ void set_roughness(BsdfParameters& b, float roughness) {
 }
 
 /// Applies textures and vertex colours to the plain parameters.
-void apply_textures(const Material& material, const Seen& at, BsdfParameters& b) {
+void apply_textures(const Material& material, const TexturedPoint& at, BsdfParameters& b) {
   const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
   // If coverage comes from the same texture, reads colour at the same level: coarser levels would
@@ -220,7 +223,7 @@ void apply_textures(const Material& material, const Seen& at, BsdfParameters& b)
 }
 
 /// KHR_materials_anisotropy: wider along the direction.
-void apply_anisotropy(const Material& material, const Seen& at, Shading& s) {
+void apply_anisotropy(const Material& material, const TexturedPoint& at, Shading& s) {
   const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
   float strength = f.anisotropy;
@@ -302,8 +305,8 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
     s.origin = point.position + point.normal_shading * (side * point.bulge_m);
   }
   LastLookup last;
-  const Seen at =
-      material.has_texture ? seen(point, wo_world, footprint, last) : finest(point, last);
+  const TexturedPoint at =
+      material.has_texture ? with_footprint(point, wo_world, footprint, last) : finest(point, last);
   Vec3 n = point.normal_shading;
   if (material.has_texture || point.has_color) {
     apply_textures(material, at, s.bsdf);
@@ -321,7 +324,7 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
 
 Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) noexcept {
   LastLookup last;
-  const Seen at = finest(point, last);
+  const TexturedPoint at = finest(point, last);
   const MaterialDescription& f = material.factors;
   if (f.unlit) {
     return unlit(material, at);
@@ -344,8 +347,8 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept {
   LastLookup last;
-  return unlit(material,
-               material.has_alpha ? finest(point, last) : seen(point, wo_world, footprint, last));
+  return unlit(material, material.has_alpha ? finest(point, last)
+                                            : with_footprint(point, wo_world, footprint, last));
 }
 
 }  // namespace core

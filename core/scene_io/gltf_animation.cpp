@@ -23,13 +23,13 @@ struct Track {
 };
 
 // The key at or before `time`, and the position between it and the next, in [0, 1].
-struct Place {
+struct KeyInterval {
   std::size_t key = 0;
   float fraction = 0;
   float duration = 0;
 };
 
-Place find_place(const std::vector<float>& times, double time) {
+KeyInterval find_interval(const std::vector<float>& times, double time) {
   const auto after = std::upper_bound(times.begin(), times.end(), time, [](double t, float key) {
     return t < static_cast<double>(key);
   });
@@ -63,27 +63,27 @@ std::vector<float> slerp(const float* a, const float* b, float t) {
 }
 
 std::vector<float> sample(const Track& track, double time, bool is_rotation) {
-  const Place place = find_place(track.times, time);
+  const KeyInterval interval = find_interval(track.times, time);
   const std::size_t w = track.width;
-  const float t = place.fraction;
+  const float t = interval.fraction;
   if (track.interpolation == "CUBICSPLINE") {
     // Each key holds in-tangent, value, out-tangent; appendix C.5.
-    const float* key = track.values.data() + place.key * 3 * w;
+    const float* key = track.values.data() + interval.key * 3 * w;
     std::vector<float> out(key + w, key + 2 * w);
-    if (place.duration > 0) {
+    if (interval.duration > 0) {
       const float* next = key + 3 * w;
       const float t2 = t * t;
       const float t3 = t2 * t;
       for (std::size_t i = 0; i < w; ++i) {
         out[i] = (2 * t3 - 3 * t2 + 1) * key[w + i] +
-                 place.duration * (t3 - 2 * t2 + t) * key[2 * w + i] +
-                 (-2 * t3 + 3 * t2) * next[w + i] + place.duration * (t3 - t2) * next[i];
+                 interval.duration * (t3 - 2 * t2 + t) * key[2 * w + i] +
+                 (-2 * t3 + 3 * t2) * next[w + i] + interval.duration * (t3 - t2) * next[i];
       }
     }
     return out;
   }
-  const float* key = track.values.data() + place.key * w;
-  if (track.interpolation == "STEP" || !(place.duration > 0)) {
+  const float* key = track.values.data() + interval.key * w;
+  if (track.interpolation == "STEP" || !(interval.duration > 0)) {
     return {key, key + w};
   }
   const float* next = key + w;

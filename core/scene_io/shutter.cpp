@@ -62,7 +62,7 @@ std::vector<MovedVertices> fewest(const std::vector<Vec3>& first, std::vector<Mo
 }
 
 /// An instance at one of the later times.
-struct Seen {
+struct LaterInstance {
   const MeshDescription* mesh = nullptr;
   const Transform* to_world = nullptr;
 };
@@ -137,7 +137,7 @@ class Shutter {
           found->second.mesh->primitives.size() != now.primitives.size()) {
         return refused("a mesh appears or disappears while the shutter is open");
       }
-      const Seen& then = found->second;
+      const LaterInstance& then = found->second;
       if ((then.to_world->determinant() < 0) != (instance.to_world.determinant() < 0)) {
         return refused("a mesh is turned inside out while the shutter is open");
       }
@@ -206,8 +206,8 @@ class Shutter {
   SceneDescription& scene_;
   std::span<const SceneDescription> later_;
   std::size_t bytes_left_;
-  std::vector<int> uses_;                                      ///< instances of each mesh
-  std::vector<std::unordered_map<std::uint32_t, Seen>> seen_;  ///< by time and instance
+  std::vector<int> uses_;                                               ///< instances of each mesh
+  std::vector<std::unordered_map<std::uint32_t, LaterInstance>> seen_;  ///< by time and instance
 };
 
 }  // namespace

@@ -75,8 +75,8 @@ MediumSample MediumStretch::sample(const PathState& path) const noexcept {
   return out;
 }
 
-MediumStretch::Place MediumStretch::at(float distance_m) const noexcept {
-  Place out{.point = origin_ + direction_ * distance_m};
+MediumStretch::Point MediumStretch::at(float distance_m) const noexcept {
+  Point out{.point = origin_ + direction_ * distance_m};
   float depth_m = distance_m;
   if (is_fog()) {
     depth_m = fog_->depth(origin_, direction_, distance_m);

@@ -32,13 +32,13 @@ class MediumStretch {
 
   // The rest is for media that scatter.
 
-  struct Place {
+  struct Point {
     Vec3 point;
     Rgb passed{};       ///< transmittance up to there
     float density = 1;  ///< which the coefficients are multiplied by
     float pdf_m = 0;    ///< of sample() [1/m]
   };
-  Place at(float distance_m) const noexcept;
+  Point at(float distance_m) const noexcept;
   /// Distances along the segment at which the medium begins and ends [m].
   Fog::Range range() const noexcept;
   /// Half of the samples that scatter do so before, if the extinction is the mean of the channels'.

@@ -175,9 +175,9 @@ class BsdfLanes {
     facets_ = {wo, {s.alpha, s.alpha}, s.roughness, s.alpha < kSmoothAlpha};
     const AlbedoOf<F> e = specular_albedo(wo.z, s.roughness);
     const AlbedoOf<F> average = specular_albedo_average(s.roughness);
-    const Mask<N> has_cover = (dielectric > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
-    interface_ = {select(has_cover, max_component(s.f0), F(0)), select(has_cover, s.f90, F(0)),
-                  average};
+    const Mask<N> has_interface = (dielectric > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
+    interface_ = {select(has_interface, max_component(s.f0), F(0)),
+                  select(has_interface, s.f90, F(0)), average};
     interface_.set_coupling(interface_.albedo(e), interface_.albedo(average));
     specular_ = {s, metal, dielectric, facets_, e, average};
     diffuse_ = s.base_color * dielectric;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kEvictAtATime = 16;
 constexpr std::chrono::seconds kSettleTime{10};
-constexpr std::chrono::milliseconds kSettleLook{5};
+constexpr std::chrono::milliseconds kSavingPoll{5};
 
 Error no_sample_yet() { return Error{ErrorCode::kConflict, "the job has no sample yet", ""}; }
 
@@ -158,7 +158,7 @@ core::Result<std::shared_ptr<const core::Film>> FilmLibrary::final_film(
       return Error{ErrorCode::kUnavailable, "the film is still being stored", ""};
     }
     const core::MutexLock lock(mutex);
-    never.wait_for(mutex, stop, kSettleLook, [] { return false; });
+    never.wait_for(mutex, stop, kSavingPoll, [] { return false; });
   }
   auto kept = stored(job);
   if (!kept) {

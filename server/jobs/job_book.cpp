@@ -201,18 +201,18 @@ bool JobBook::may_start(Rank rank, const std::string& tenant) const {
   if (rank.is_preview) {
     return true;
   }
-  int places = 0;
+  int slots = 0;
   bool outranks_one = false;
-  bool has_place = false;
+  bool has_slot = false;
   for (const auto& [number, holder] : holders_) {
     if (holder.paused_at == 0 && !holder.rank.is_preview) {
-      ++places;
+      ++slots;
       outranks_one = outranks_one || rank.priority > holder.rank.priority;
-      has_place = has_place || holder.job->tenant() == tenant;
+      has_slot = has_slot || holder.job->tenant() == tenant;
     }
   }
-  return places < limits_.running_max ||
-         ((outranks_one || !has_place) && places < 2 * limits_.running_max);
+  return slots < limits_.running_max ||
+         ((outranks_one || !has_slot) && slots < 2 * limits_.running_max);
 }
 
 MemoryUse JobBook::use_of_holders(const std::set<std::uint64_t>& parked) const {
@@ -253,11 +253,11 @@ bool JobBook::lacks_only_memory() const {
   return !queue_.empty() && may_start(queue_.front()) && !fits(queue_.front());
 }
 
-std::shared_ptr<JobBook::Place> JobBook::admit() {
+std::shared_ptr<JobBook::Slot> JobBook::admit() {
   for (;;) {
     MemoryGate::Fit fit = MemoryGate::Fit::kNo;
-    if (auto place = try_admit(fit)) {
-      return place;
+    if (auto slot = try_admit(fit)) {
+      return slot;
     }
     // Without the lock, which forget_oldest_preview() takes.
     if (fit != MemoryGate::Fit::kWithoutIdle || !memory_.drop_one_idle()) {
@@ -266,7 +266,7 @@ std::shared_ptr<JobBook::Place> JobBook::admit() {
   }
 }
 
-std::shared_ptr<JobBook::Place> JobBook::try_admit(MemoryGate::Fit& fit) {
+std::shared_ptr<JobBook::Slot> JobBook::try_admit(MemoryGate::Fit& fit) {
   const core::MutexLock lock(mutex_);
   if (queue_.empty() || !may_start(queue_.front())) {
     return nullptr;
@@ -282,10 +282,10 @@ std::shared_ptr<JobBook::Place> JobBook::try_admit(MemoryGate::Fit& fit) {
   }
   Waiting next = std::move(queue_.front());
   queue_.erase(queue_.begin());
-  const std::uint64_t number = ++places_given_;
+  const std::uint64_t number = ++slots_given_;
   holders_[number] = Holder{.job = next.job, .rank = next.rank, .memory = held};
   arrange();
-  return std::make_shared<Place>(*this, number, std::move(next.job), std::move(next.memory));
+  return std::make_shared<Slot>(*this, number, std::move(next.job), std::move(next.memory));
 }
 
 std::vector<JobPointer> JobBook::take_parkable() {
@@ -422,8 +422,8 @@ bool JobBook::waits_for_memory() const {
 
 JobPointer JobBook::add_final(const JobPointer& job) {
   const core::MutexLock lock(mutex_);
-  const auto [place, is_new] = jobs_.emplace(job->id(), job);
-  JobPointer kept = place->second;
+  const auto [entry, is_new] = jobs_.emplace(job->id(), job);
+  JobPointer kept = entry->second;
   if (is_new) {
     remember_final(job);
   }

@@ -62,14 +62,14 @@ class JobBook {
 
   /// A slot among the running jobs, with the memory that goes with it. Held by the loader or the
   /// renderer of the job; released when the work ends in any way. Must not outlive the book.
-  class Place {
+  class Slot {
    public:
     /// needed: by the job, even if it is more than it can ever have.
-    Place(JobBook& book, std::uint64_t number, JobPointer job, JobMemory needed)
+    Slot(JobBook& book, std::uint64_t number, JobPointer job, JobMemory needed)
         : book_(book), number_(number), job_(std::move(job)), needed_(std::move(needed)) {}
-    ~Place() { book_.leave(number_); }
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
+    ~Slot() { book_.leave(number_); }
+    Slot(const Slot&) = delete;
+    Slot& operator=(const Slot&) = delete;
     const JobPointer& job() const { return job_; }
     const JobMemory& needed() const { return needed_; }
 
@@ -116,7 +116,7 @@ class JobBook {
   /// start now. Slots beyond running_max, up to twice as many, are given to previews, to jobs that
   /// outrank a running one, and to the first job of a tenant. A job that can never have its memory
   /// gets its slot without it, and is refused when it is loaded.
-  std::shared_ptr<Place> admit();
+  std::shared_ptr<Slot> admit();
   /// Releases the memory for loading once the job's scene is loaded. shared_bytes: shared memory
   /// that the job holds from now on.
   void end_load(const Job& job, std::map<std::string, std::uint64_t> shared_bytes);
@@ -158,7 +158,7 @@ class JobBook {
     bool is_parking = false;
   };
   /// As admit(), without dropping idle memory. fit: of the next job's memory.
-  std::shared_ptr<Place> try_admit(MemoryGate::Fit& fit);
+  std::shared_ptr<Slot> try_admit(MemoryGate::Fit& fit);
   void leave(std::uint64_t number);
   void remember_final(const JobPointer& job) REQUIRES(mutex_);
   static bool goes_before(const Waiting& a, const Waiting& b);
@@ -193,7 +193,7 @@ class JobBook {
   MemoryGate::Lease held_ GUARDED_BY(mutex_);  ///< Memory held by all holders together.
   std::map<std::string, JobPointer> jobs_ GUARDED_BY(mutex_);
   std::vector<Waiting> queue_ GUARDED_BY(mutex_);  ///< Next first.
-  std::uint64_t places_given_ GUARDED_BY(mutex_) = 0;
+  std::uint64_t slots_given_ GUARDED_BY(mutex_) = 0;
   /// Holders by slot number. A job that was paused while loading may briefly have two.
   std::map<std::uint64_t, Holder> holders_ GUARDED_BY(mutex_);
   std::uint64_t pauses_ GUARDED_BY(mutex_) = 0;

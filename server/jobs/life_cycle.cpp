@@ -65,21 +65,21 @@ void LifeCycle::finish_stop() {
 
 void LifeCycle::admit() {
   while (!stopping_ && !draining_) {
-    std::shared_ptr<JobBook::Place> place = parts_.book.admit();
-    if (!place) {
+    std::shared_ptr<JobBook::Slot> slot = parts_.book.admit();
+    if (!slot) {
       for (JobPointer& paused : parts_.book.take_parkable()) {
         savers_.post([this, paused = std::move(paused)] { park(paused); });
       }
       return;
     }
-    Background& loaders = place->job()->memory_only() ? preview_loaders_ : loaders_;
-    const std::string tenant = place->job()->tenant();
-    loaders.post([this, place = std::move(place)] { load(place); }, tenant);
+    Background& loaders = slot->job()->memory_only() ? preview_loaders_ : loaders_;
+    const std::string tenant = slot->job()->tenant();
+    loaders.post([this, slot = std::move(slot)] { load(slot); }, tenant);
   }
 }
 
-void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
-  const JobPointer& job = place->job();
+void LifeCycle::load(const std::shared_ptr<JobBook::Slot>& slot) {
+  const JobPointer& job = slot->job();
   Job::Load load;
   const Verdict begun = parts_.journal.change(
       *job,
@@ -100,7 +100,7 @@ void LifeCycle::load(const std::shared_ptr<JobBook::Place>& place) {
   }
   try {
     RenderRun::Owner& owner = *this;
-    auto run = parts_.builder.build(place, owner, load.stop);
+    auto run = parts_.builder.build(slot, owner, load.stop);
     if (run) {
       start(job, *run, load.generation);
     } else if (run.error().code == ErrorCode::kCancelled) {
@@ -159,17 +159,17 @@ void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
   savers_.post([this, job = std::move(job), run = std::move(run)] {
     if (job && job->run() == run) {  // Otherwise the job was parked and resumes from its file.
-      settle(job, run);
+      end_run(job, run);
     }
   });
 }
 
-void LifeCycle::settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+void LifeCycle::end_run(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
   const RenderRun::End end = *run->end();
   if (end.failure) {
     fail(job, run, *end.failure);
   } else if (end.reason == core::StopReason::kCancelled) {
-    settle_cancelled(job, run);
+    save_cancelled(job, run);
   } else {
     finish(job, run, end.reason);
   }
@@ -224,13 +224,13 @@ void LifeCycle::end_unstored(const JobPointer& job, const std::shared_ptr<Render
                              const Error& error) {
   if (error.code == ErrorCode::kCancelled ||
       (error.code == ErrorCode::kNoSpace && !pause_for_room(job, run))) {
-    settle_cancelled(job, run);
+    save_cancelled(job, run);
   } else if (error.code != ErrorCode::kNoSpace) {
     fail(job, run, error);
   }
 }
 
-void LifeCycle::settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
+void LifeCycle::save_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run) {
   if (job->is_removed()) {
     release(job);
     return;
@@ -319,7 +319,7 @@ void LifeCycle::release(const JobPointer& job) {
 
 Verdict LifeCycle::cancel(const JobPointer& job) {
   bool was_final = false;
-  bool has_left_end = false;  // True if this thread has to settle the run.
+  bool has_left_end = false;  // True if this thread has to end the run.
   const auto modify = [&](JobRecord& record) -> Verdict {
     was_final = api::is_final(record.view.state);
     if (!was_final) {
@@ -357,7 +357,7 @@ Verdict LifeCycle::cancel(const JobPointer& job) {
     // The task may compute a last error estimate; the request does not wait for that.
     savers_.post([this, job, run = std::move(run), has_left_end] {
       if (has_left_end) {
-        settle_cancelled(job, run);
+        save_cancelled(job, run);
       } else {
         run->task().cancel();
       }

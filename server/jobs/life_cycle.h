@@ -72,19 +72,19 @@ class LifeCycle final : private RenderRun::Owner {
 
  private:
   // Sequence of a job: admit() -> load() -> start() -> on_end() -> finish(). A cancelled job is
-  // published as such at once, and settle_cancelled() saves its film.
-  void load(const std::shared_ptr<JobBook::Place>& place);
+  // published as such at once, and save_cancelled() saves its film.
+  void load(const std::shared_ptr<JobBook::Slot>& slot);
   void start(const JobPointer& job, const std::shared_ptr<RenderRun>& run, int generation);
   void on_first_slice(const RenderRun& run) override;
   void on_end(std::shared_ptr<RenderRun> run) override;
   /// Stores the end of the run.
-  void settle(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
+  void end_run(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   void finish(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
               core::StopReason reason);
   /// Handles an end that could not be stored: the job waits for disk space, or fails.
   void end_unstored(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
                     const core::Error& error);
-  void settle_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
+  void save_cancelled(const JobPointer& job, const std::shared_ptr<RenderRun>& run);
   /// run: null when there is none yet.
   void fail(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
             const core::Error& failure);
@@ -95,7 +95,7 @@ class LifeCycle final : private RenderRun::Owner {
   /// Releases the memory of a paused job; it resumes from its film file.
   void park(const JobPointer& job);
   /// Pauses the job on a full disk until go_on_with_room(). ended: the run whose end could not be
-  /// stored, if any. Returns false when the job has ended otherwise; the caller then settles the
+  /// stored, if any. Returns false when the job has ended otherwise; the caller then ends the
   /// run.
   bool pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended);
   void checkpoint(const JobPointer& job);

@@ -83,7 +83,7 @@ void LifeCycle::go_on_with_room() {
       continue;
     }
     if (run && run->take_end()) {
-      settle(job, run);
+      end_run(job, run);
       continue;
     }
     if (run ? !run->save(false) : !parts_.films.open_film_file(*job)) {

@@ -28,19 +28,20 @@ bool is_timed(const core::StopRules& stop) {
 
 }  // namespace
 
-RenderRun::RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner)
-    : job_(std::move(parts.job)),
-      film_(parts.film),
-      scene_bytes_(parts.scene_bytes),
-      arithmetic_(std::move(parts.arithmetic)),
+RenderRun::RenderRun(Contents contents, std::shared_ptr<EventLog> log, Owner& owner)
+    : job_(std::move(contents.job)),
+      film_(contents.film),
+      scene_bytes_(contents.scene_bytes),
+      arithmetic_(std::move(contents.arithmetic)),
       log_(std::move(log)),
-      local_(parts.local),
+      local_(contents.local),
       owner_(owner),
-      age_(parts.age),
-      is_timed_(is_timed(parts.options.stop)),
-      place_(std::move(parts.place)),
-      file_(std::move(parts.file)),
-      task_(std::move(parts.renderer), std::move(parts.film), std::move(parts.options), *this),
+      age_(contents.age),
+      is_timed_(is_timed(contents.options.stop)),
+      slot_(std::move(contents.slot)),
+      file_(std::move(contents.file)),
+      task_(std::move(contents.renderer), std::move(contents.film), std::move(contents.options),
+            *this),
       before_(all_work()) {
   note_shown();  // of a resumed film
 }
@@ -123,7 +124,7 @@ RenderRun::Lent RenderRun::lend(double seconds, std::size_t count_max) {
   }
   guarded([&] {
     while (lent.expected_seconds < seconds && lent.slices.size() < count_max) {
-      const auto slice = task_.take(core::RenderTask::Place::kElsewhere);
+      const auto slice = task_.take(core::RenderTask::Process::kOther);
       if (!slice) {
         return;
       }
@@ -152,9 +153,9 @@ void RenderRun::give_back(const core::Slice& slice) {
 }
 
 void RenderRun::leave() {
-  std::shared_ptr<void> place;
-  const core::MutexLock lock(place_mutex_);
-  place.swap(place_);
+  std::shared_ptr<void> slot;
+  const core::MutexLock lock(slot_mutex_);
+  slot.swap(slot_);
 }
 
 std::uint64_t RenderRun::peak_bytes() const { return scene_bytes_ + film_->bytes(); }

@@ -39,9 +39,9 @@ class RenderRun final : public SliceSource,
     /// Called when run->end() is set.
     virtual void on_end(std::shared_ptr<RenderRun> run) = 0;
   };
-  struct Parts {
+  struct Contents {
     std::weak_ptr<Job> job;
-    std::shared_ptr<void> place;  ///< Released when the run is over.
+    std::shared_ptr<void> slot;  ///< Released when the run is over.
     std::shared_ptr<const core::Renderer> renderer;
     std::shared_ptr<core::Film> film;
     std::optional<FilmFile> file;  ///< Empty: memory only.
@@ -53,7 +53,7 @@ class RenderRun final : public SliceSource,
   };
 
   /// owner must outlive the run; log is shared with the job.
-  RenderRun(Parts parts, std::shared_ptr<EventLog> log, Owner& owner);
+  RenderRun(Contents contents, std::shared_ptr<EventLog> log, Owner& owner);
 
   bool run_slice() override;
   Turn turn() const override;
@@ -139,8 +139,8 @@ class RenderRun final : public SliceSource,
   std::atomic<bool> is_end_left_ = false;
   std::atomic<std::int64_t> progress_told_ms_ = 0;
   std::atomic<double> last_save_seconds_ = 0;
-  core::Mutex place_mutex_;
-  std::shared_ptr<void> place_ GUARDED_BY(place_mutex_);
+  core::Mutex slot_mutex_;
+  std::shared_ptr<void> slot_ GUARDED_BY(slot_mutex_);
   mutable core::Mutex file_mutex_;  ///< Held while writing: one writer at a time.
   std::optional<FilmFile> file_ GUARDED_BY(file_mutex_);
   core::RenderTask task_;

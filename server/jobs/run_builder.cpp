@@ -266,11 +266,11 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
 }
 
 core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
-    const std::shared_ptr<JobBook::Place>& place, RenderRun::Owner& owner,
+    const std::shared_ptr<JobBook::Slot>& slot, RenderRun::Owner& owner,
     const std::stop_token& stop) {
-  const JobPointer& job = place->job();
+  const JobPointer& job = slot->job();
   const api::JobSpec queued = job->record().view.spec;
-  JobMemory needed = place->needed();
+  JobMemory needed = slot->needed();
   needed.shared_bytes.clear();  // More may be known of the scene than when the job was queued.
   add_shared(queued, {}, needed);
   if (auto fault = too_large(queued, needed)) {
@@ -299,43 +299,43 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   JobMemory shared;
   add_shared(spec, camera->forward(), shared);
   parts_.book.end_load(*job, std::move(shared.shared_bytes));
-  RenderRun::Parts parts;
-  parts.job = job;
-  parts.place = place;
-  parts.age = job->sequence();
-  parts.renderer = std::move(*renderer);
-  parts.film = std::make_shared<core::Film>(spec.render);
-  parts.scene_bytes = parts.renderer->view().scene->summary().bytes;
-  parts.arithmetic = arithmetic_;
-  const auto local = threads_beside_workers(*job, *parts.film);
+  RenderRun::Contents contents;
+  contents.job = job;
+  contents.slot = slot;
+  contents.age = job->sequence();
+  contents.renderer = std::move(*renderer);
+  contents.film = std::make_shared<core::Film>(spec.render);
+  contents.scene_bytes = contents.renderer->view().scene->summary().bytes;
+  contents.arithmetic = arithmetic_;
+  const auto local = threads_beside_workers(*job, *contents.film);
   if (!local) {
     return local.error();
   }
-  parts.local = *local;
-  parts.options.stop = spec.stop;
-  parts.options.samples_limit = samples_max_;
-  parts.options.counts_particles = true;
-  parts.options.light_not_found_before = job->record().view.progress.light_not_found;
+  contents.local = *local;
+  contents.options.stop = spec.stop;
+  contents.options.samples_limit = samples_max_;
+  contents.options.counts_particles = true;
+  contents.options.light_not_found_before = job->record().view.progress.light_not_found;
   // The run belongs to the job: a shared pointer here would keep both alive.
-  parts.options.denoised_bound = [ask = denoised_bound_, weak = parts.job](const core::Film& film,
-                                                                           double confidence) {
+  contents.options.denoised_bound = [ask = denoised_bound_, weak = contents.job](
+                                        const core::Film& film, double confidence) {
     const JobPointer asked = weak.lock();
     return asked != nullptr && ask ? ask(asked, film, confidence)
                                    : std::numeric_limits<double>::infinity();
   };
   if (!job->memory_only()) {
-    auto file = open_film(*job, *parts.film, parts.options);
+    auto file = open_film(*job, *contents.film, contents.options);
     if (!file) {
       return file.error();
     }
-    parts.file.emplace(std::move(*file));
+    contents.file.emplace(std::move(*file));
     parts_.films.drop(*job);
   }
-  if (const std::uint32_t seen = std::max(parts.film->revision(), record.view.progress.revision);
+  if (const std::uint32_t seen = std::max(contents.film->revision(), record.view.progress.revision);
       seen > 0) {
-    parts.film->restore(0, parts.film->tile(0), seen + kRevisionGap);
+    contents.film->restore(0, contents.film->tile(0), seen + kRevisionGap);
   }
-  return std::make_shared<RenderRun>(std::move(parts), job->shared_log(), owner);
+  return std::make_shared<RenderRun>(std::move(contents), job->shared_log(), owner);
 }
 
 Status RunBuilder::warn(Job& job, const std::string& warning) {

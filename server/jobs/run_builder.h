@@ -54,7 +54,7 @@ class RunBuilder {
   /// Loads all inputs of the job and opens its film. Errors: of loading, of the film file;
   /// kUnavailable when it is too large for the server; kCancelled when the job was deleted, or a
   /// stop was requested.
-  core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Place>& place,
+  core::Result<std::shared_ptr<RenderRun>> build(const std::shared_ptr<JobBook::Slot>& slot,
                                                  RenderRun::Owner& owner,
                                                  const std::stop_token& stop);
   const std::string& arithmetic() const { return arithmetic_; }

@@ -155,15 +155,15 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
       table_.refuse_result(name, sender.worker, work.error().message, Clock::now());
       return work.error();
     }
-    auto settled =
+    auto taken =
         table_.take_result(name, sender.worker, *std::move(work), result.size(), Clock::now());
-    if (!settled) {
-      return settled.error();
+    if (!taken) {
+      return taken.error();
     }
-    if (settled->is_disputed) {
+    if (taken->is_disputed) {
       render_here(name);
     }
-    accepted = std::move(settled->work);
+    accepted = std::move(taken->work);
     wake();
   }
   if (accepted) {

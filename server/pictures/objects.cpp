@@ -17,7 +17,7 @@ namespace server {
 namespace {
 
 /// Bounds of the pixels that show an object.
-struct Seen {
+struct PixelBounds {
   std::uint32_t object = 0;
   int left = 0;
   int top = 0;
@@ -26,14 +26,15 @@ struct Seen {
   std::uint64_t pixels = 0;
 };
 
-struct SeenIds {
-  std::map<std::uint32_t, Seen> objects;
-  std::map<std::uint32_t, Seen> instances;
+struct VisibleIds {
+  std::map<std::uint32_t, PixelBounds> objects;
+  std::map<std::uint32_t, PixelBounds> instances;
 };
 
-void add(std::map<std::uint32_t, Seen>& to, std::uint32_t id, std::uint32_t object, int x, int y) {
-  const auto [at, is_new] = to.try_emplace(id, Seen{object, x, y, x, y, 0});
-  Seen& seen = at->second;
+void add(std::map<std::uint32_t, PixelBounds>& to, std::uint32_t id, std::uint32_t object, int x,
+         int y) {
+  const auto [at, is_new] = to.try_emplace(id, PixelBounds{object, x, y, x, y, 0});
+  PixelBounds& seen = at->second;
   seen.left = std::min(seen.left, x);
   seen.top = std::min(seen.top, y);
   seen.right = std::max(seen.right, x);
@@ -41,8 +42,8 @@ void add(std::map<std::uint32_t, Seen>& to, std::uint32_t id, std::uint32_t obje
   ++seen.pixels;
 }
 
-SeenIds seen_ids(const core::Film& film) {
-  SeenIds out;
+VisibleIds seen_ids(const core::Film& film) {
+  VisibleIds out;
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const core::TileState state = film.tile(tile);
     auto label = state.labels.begin();
@@ -59,7 +60,7 @@ SeenIds seen_ids(const core::Film& film) {
 }
 
 api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::ObjectBox>& boxes,
-                        const std::map<std::uint32_t, Seen>& seen, core::Place origin) {
+                        const std::map<std::uint32_t, PixelBounds>& seen, core::Place origin) {
   api::PlaceView out = {.origin = origin, .bounds = {}, .visible = {}, .amodal = {}};
   if (const auto box = boxes.find(id); box != boxes.end()) {
     out.bounds = box->second.bounds;
@@ -71,7 +72,7 @@ api::PlaceView place_of(std::uint32_t id, const std::map<std::uint32_t, core::Ob
     }
   }
   if (const auto found = seen.find(id); found != seen.end()) {
-    const Seen& s = found->second;
+    const PixelBounds& s = found->second;
     out.visible = {static_cast<double>(s.left), static_cast<double>(s.top),
                    static_cast<double>(s.right - s.left + 1),
                    static_cast<double>(s.bottom - s.top + 1), s.pixels};
@@ -109,7 +110,7 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
   out.camera = viewpoint_of(*camera, view.camera.distortion, width, height);
   out.camera.origin = summary.origin;
   out.has_ids = film.has_labels();
-  const SeenIds seen = out.has_ids ? seen_ids(film) : SeenIds{};
+  const VisibleIds seen = out.has_ids ? seen_ids(film) : VisibleIds{};
   std::set<std::uint32_t> instances;
   std::string key = api::sight_key(spec);
   for (const auto& [id, where] : seen.instances) {

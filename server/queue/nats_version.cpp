@@ -18,12 +18,12 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-struct Place {
+struct Endpoint {
   std::string host;
   std::string port = "4222";  // the port registered for NATS with IANA
 };
 
-std::optional<Place> place_of(std::string_view url) {
+std::optional<Endpoint> endpoint_of(std::string_view url) {
   const std::size_t scheme = url.find("://");
   const std::string_view kind = url.substr(0, scheme == std::string_view::npos ? 0 : scheme);
   if (kind != "nats" && kind != "tls") {
@@ -33,17 +33,17 @@ std::optional<Place> place_of(std::string_view url) {
   if (const std::size_t user = url.rfind('@'); user != std::string_view::npos) {
     url.remove_prefix(user + 1);
   }
-  Place place;
+  Endpoint endpoint;
   const std::size_t bracket = url.starts_with('[') ? url.find(']') : std::string_view::npos;
   const std::size_t colon = url.find(':', bracket == std::string_view::npos ? 0 : bracket);
-  place.host =
+  endpoint.host =
       bracket == std::string_view::npos ? url.substr(0, colon) : url.substr(1, bracket - 1);
   if (colon != std::string_view::npos) {
-    place.port = url.substr(colon + 1);
+    endpoint.port = url.substr(colon + 1);
   }
   const bool is_number =
-      !place.port.empty() && place.port.find_first_not_of("0123456789") == std::string::npos;
-  return place.host.empty() || !is_number ? std::nullopt : std::optional(place);
+      !endpoint.port.empty() && endpoint.port.find_first_not_of("0123456789") == std::string::npos;
+  return endpoint.host.empty() || !is_number ? std::nullopt : std::optional(endpoint);
 }
 
 class Socket {
@@ -65,8 +65,8 @@ class Socket {
 }  // namespace
 
 core::Result<std::string> host_and_port(const std::string& url) {
-  if (const auto place = place_of(url)) {
-    return place->host + ":" + place->port;
+  if (const auto endpoint = endpoint_of(url)) {
+    return endpoint->host + ":" + endpoint->port;
   }
   return Error{ErrorCode::kInvalidArgument,
                "\"" + url + "\" is not an address of a NATS server such as nats://HOST:4222", ""};
@@ -92,15 +92,15 @@ core::Status check_version(std::string_view version) {
 }
 
 core::Result<std::string> server_version(const std::string& url) {
-  const auto place = place_of(url);
-  if (!place) {
+  const auto endpoint = endpoint_of(url);
+  if (!endpoint) {
     return host_and_port(url).error();
   }
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  if (::getaddrinfo(place->host.c_str(), place->port.c_str(), &hints, &found) != 0) {
-    return Error{ErrorCode::kUnavailable, "the host \"" + place->host + "\" is not known", ""};
+  if (::getaddrinfo(endpoint->host.c_str(), endpoint->port.c_str(), &hints, &found) != 0) {
+    return Error{ErrorCode::kUnavailable, "the host \"" + endpoint->host + "\" is not known", ""};
   }
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, &::freeaddrinfo);
   for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
@@ -132,7 +132,7 @@ core::Result<std::string> server_version(const std::string& url) {
     return line.substr(first, line.find('"', first) - first);
   }
   return Error{ErrorCode::kUnavailable,
-               "no NATS server answers at " + place->host + ":" + place->port, ""};
+               "no NATS server answers at " + endpoint->host + ":" + endpoint->port, ""};
 }
 
 }  // namespace queue

@@ -62,7 +62,7 @@ void paste(const core::Image& image, core::FloatImage& sheet, int left, int top)
 }
 
 /// All images get the automatic exposure of the first, so that they can be compared and played.
-api::ImageQuery settled(api::ImageQuery look, const EncodedPicture& first) {
+api::ImageQuery with_exposure_of_first(api::ImageQuery look, const EncodedPicture& first) {
   if (look.auto_exposure && first.exposure_stops) {
     look.auto_exposure = false;
     look.exposure_stops = *first.exposure_stops;
@@ -104,7 +104,7 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
 core::Status BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
                                           const EncodedPicture& first,
                                           const core::ImageFormat& format, const Sink& sink) const {
-  const api::ImageQuery look = settled(look_, first);
+  const api::ImageQuery look = with_exposure_of_first(look_, first);
   ZipWriter zip;
   std::set<std::string> names;
   for (const JobPointer& job : jobs) {
@@ -182,7 +182,7 @@ core::Result<std::string> BatchPictures::sheet(const std::vector<JobPointer>& jo
     if (!made) {
       continue;  // Nothing rendered yet, or the film is gone.
     }
-    look = settled(look, *made);
+    look = with_exposure_of_first(look, *made);
     const auto image =
         core::decode_image(std::as_bytes(std::span(*made->content)), core::ImageLimits{});
     if (!image) {

@@ -103,7 +103,7 @@ Response list(const RouteContext& context, Request& request) {
   return list_answer(request, api::batch_list_json(page->batches, next), next);
 }
 
-Response look(const RouteContext& context, Request& request) {
+Response get_batch(const RouteContext& context, Request& request) {
   return view_answer(context, request, 200);
 }
 
@@ -256,7 +256,7 @@ void add_batch_handlers(HandlerTable& table) {
       .handler = &create,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
   table["listBatches"] = {.handler = &list};
-  table["getBatch"] = {.handler = &look};
+  table["getBatch"] = {.handler = &get_batch};
   table["cancelBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 200, &BatchService::cancel);
   }};

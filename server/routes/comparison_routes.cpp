@@ -269,7 +269,7 @@ Response create(const RouteContext& context, Turns& turns, Request& request) {
   return response;
 }
 
-Response look(const RouteContext& context, Request& request) {
+Response get_comparison(const RouteContext& context, Request& request) {
   auto body = context.comparisons.find(request.path_param("id"), request.access);
   return body ? json_response(200, std::move(*body)) : error_answer(request, body.error());
 }
@@ -305,7 +305,7 @@ void add_comparison_handlers(HandlerTable& table) {
       .handler = [turns](const RouteContext& context,
                          Request& request) { return create(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["getComparison"] = {.handler = &look};
+  table["getComparison"] = {.handler = &get_comparison};
   table["getComparisonMap"] = {.handler = &map};
 }
 

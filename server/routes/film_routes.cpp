@@ -243,9 +243,9 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
       .cpu_seconds = {},
       .deadline_unix_seconds = {}};
   // Parses it as the store will: counts are rounded to whole sets.
-  auto settled = api::parse_job(api::spec_json(spec));
-  CHECK(settled);
-  return std::move(settled->spec);
+  auto parsed = api::parse_job(api::spec_json(spec));
+  CHECK(parsed);
+  return std::move(parsed->spec);
 }
 
 JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core::FilmPart merged) {

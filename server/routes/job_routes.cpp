@@ -208,7 +208,7 @@ Response list(const RouteContext& context, Request& request) {
   return list_answer(request, api::job_list_json(page->jobs, page->damaged, next), next);
 }
 
-Response look(const RouteContext& context, Request& request) {
+Response get_job(const RouteContext& context, Request& request) {
   const auto query = api::parse_wait_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -300,7 +300,7 @@ void add_job_handlers(const RouteContext& context, HandlerTable& table) {
       .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
   table["putJob"] = {.handler = &put, .body = json};
   table["listJobs"] = {.handler = &list};
-  table["getJob"] = {.handler = &look};
+  table["getJob"] = {.handler = &get_job};
   table["patchJob"] = {.of_job = &patch, .body = json};
   table["cancelJob"] = {.of_job = &cancel};
   table["retryJob"] = {.of_job = &retry};

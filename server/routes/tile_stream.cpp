@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 
 /// Approximate size of the pieces in which frames are passed to the HTTP server.
 constexpr std::size_t kPieceBytes = 128U << 10U;
-constexpr std::chrono::milliseconds kLookAgain{1000};
+constexpr std::chrono::milliseconds kPoll{1000};
 constexpr std::chrono::microseconds kPace{20'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
 /// Marks frames without fireflies in the cache; not a flag of frames.
@@ -103,7 +103,7 @@ void TileStream::run(StreamWriter& writer) {
       return;
     }
     const auto now = Clock::now();
-    job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kLookAgain, writer.stop_token());
+    job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kPoll, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
     const auto pace = kPace + kPaceForEach * parts_.streams.open_count();
     job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace,

@@ -74,7 +74,7 @@ Response list(const RouteContext& context, Request& request) {
   return list_answer(request, api::delivery_list_json(views, next), next);
 }
 
-Response look(const RouteContext& context, Request& request) {
+Response get_delivery(const RouteContext& context, Request& request) {
   return delivery_answer(context, request, 200, request.path_param("id"));
 }
 
@@ -121,7 +121,7 @@ Response secret(const Request& request, const core::Result<std::string>& made) {
 
 void add_webhook_handlers(HandlerTable& table) {
   table["listDeliveries"] = {.handler = &list};
-  table["getDelivery"] = {.handler = &look};
+  table["getDelivery"] = {.handler = &get_delivery};
   table["redeliver"] = {.handler = &redeliver};
   table["testWebhook"] = {
       .handler = &test,

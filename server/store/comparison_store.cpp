@@ -34,7 +34,7 @@ Status write_whole(const std::string& path, std::string_view content) {
 }
 
 /// The stored comparisons of each tenant.
-class Kept {
+class StorageUse {
  public:
   /// Pre: called with the oldest first.
   void add(std::string id, std::int64_t bytes, const std::string& tenant) {
@@ -221,15 +221,15 @@ Status ComparisonStore::forget_oldest() {
     {
       Statement select =
           session.prepare("SELECT id, bytes, tenant FROM comparisons ORDER BY sequence");
-      Kept kept;
+      StorageUse use;
       while (select.step()) {
-        kept.add(select.text(0), select.integer(1), select.text(2));
+        use.add(select.text(0), select.integer(1), select.text(2));
       }
       if (auto status = select.status(); !status) {
         return status;
       }
-      while (kept.count() > limits_.count || (kept.count() > 1 && kept.bytes() > limits_.bytes)) {
-        old.push_back(kept.take_oldest_of_largest());
+      while (use.count() > limits_.count || (use.count() > 1 && use.bytes() > limits_.bytes)) {
+        old.push_back(use.take_oldest_of_largest());
       }
     }
     for (const std::string& id : old) {

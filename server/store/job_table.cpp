@@ -170,8 +170,8 @@ Status write_new(Database::Session& session, const JobTable::Insertion& job) {
       return status;
     }
   }
-  Statement settle = session.prepare("DELETE FROM loose_films WHERE job=?");
-  if (auto status = settle.bind(row.id).run(); !status) {
+  Statement forget = session.prepare("DELETE FROM loose_films WHERE job=?");
+  if (auto status = forget.bind(row.id).run(); !status) {
     return status;
   }
   if (auto status = insert_deliveries(session, job.deliveries); !status) {

@@ -14,7 +14,7 @@ using core::ErrorCode;
 
 namespace {
 
-constexpr std::chrono::milliseconds kLook{500};
+constexpr std::chrono::milliseconds kPoll{500};
 /// Limits on concurrent calls, each of which holds a socket and its body. Unresponsive receivers
 /// hold theirs for the whole deadline; those of one tenant must not block the others.
 constexpr std::size_t kOpenMax = 256;
@@ -57,7 +57,7 @@ void WebhookSender::run(const std::stop_token& stop) {
   const std::stop_callback wake(stop, [this] { calls_.wake(); });
   while (!stop.stop_requested()) {
     begin_due();
-    for (const WebCalls::Ended& ended : calls_.wait(kLook)) {
+    for (const WebCalls::Ended& ended : calls_.wait(kPoll)) {
       const auto found = std::find_if(open_.begin(), open_.end(),
                                       [&](const auto& call) { return call.second.id == ended.id; });
       DeliveryRow row = std::move(found->second);

@@ -28,14 +28,14 @@ class NullSink final : public core::RenderSink {
   void on_finished(core::StopReason /*reason*/) override {}
 };
 
-struct Place {
+struct Probe {
   const char* name;
   core::Vec3 at;
 };
 struct Scene {
   std::string name;
   core::View view;
-  std::vector<Place> places;
+  std::vector<Probe> probes;
 };
 
 core::View in_box(core::SceneDescription scene) {
@@ -105,17 +105,17 @@ int main(int argc, char** argv) {
   Count total_unmarked;
   for (const Scene& scene : scenes()) {
     core::View view = scene.view;
-    for (const Place& place : scene.places) {
-      view.settings.meter.points.push_back({core::Place(place.at), {0, 1, 0}});
+    for (const Probe& probe : scene.probes) {
+      view.settings.meter.points.push_back({core::Place(probe.at), {0, 1, 0}});
     }
     const auto one = measured(view, kReferencePaths, 1001, threads);
     const auto other = measured(view, kReferencePaths, 1002, threads);
     for (const int paths : {32, 64, 256}) {
-      std::vector<Count> all(scene.places.size());
-      std::vector<Count> unmarked(scene.places.size());
-      std::vector<std::vector<double>> widths(scene.places.size());
+      std::vector<Count> all(scene.probes.size());
+      std::vector<Count> unmarked(scene.probes.size());
+      std::vector<std::vector<double>> widths(scene.probes.size());
       const double unseen = 3.689 * core::unsampled_path_light(view) / (16.0 * paths);
-      std::vector<int> marked_unseen(scene.places.size());
+      std::vector<int> marked_unseen(scene.probes.size());
       for (int seed = 1; seed <= seeds; ++seed) {
         const auto readings = measured(view, paths, static_cast<std::uint64_t>(seed), threads);
         for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
         std::printf(
             "%-24s %-16s %5d paths: covered %2d of %d, unmarked %2d of %2d, marked unseen %2d, "
             "width %.2f; true %.4g (two differ by %.1f %%)\n",
-            scene.name.c_str(), scene.places[i].name, paths, all[i].covered, all[i].all,
+            scene.name.c_str(), scene.probes[i].name, paths, all[i].covered, all[i].all,
             unmarked[i].covered, unmarked[i].all, marked_unseen[i],
             widths[i][static_cast<std::size_t>(seeds / 2)],
             0.5 * (one[i].illuminance + other[i].illuminance),

@@ -29,7 +29,7 @@ inline bool is_blind(const Variant& v) {
 
 /// Skips shadow rays at random where the contribution is small: the noise is by design, so only z
 /// applies.
-inline bool throws_dice(const Variant& v) {
+inline bool culls_shadow_rays(const Variant& v) {
   return v.estimator.roulette == core::RouletteType::kThreshold;
 }
 

@@ -55,15 +55,15 @@ struct Lattice {
 };
 
 /// A point without a record: vertex `vertex` of the camera path through a pixel.
-struct Place {
+struct UncoveredPoint {
   std::uint16_t x = 0;
   std::uint16_t y = 0;
   std::uint16_t replicate = 0;
   std::uint16_t vertex = 0;
 };
 /// Maximum per camera path.
-constexpr int kPlacesMost = 4;
-static_assert(2 * kPlacesMost * sizeof(Place) <= kRoundPointBytes);
+constexpr int kUncoveredMost = 4;
+static_assert(2 * kUncoveredMost * sizeof(UncoveredPoint) <= kRoundPointBytes);
 
 class Records final : public Prepass {
  public:
@@ -71,17 +71,19 @@ class Records final : public Prepass {
   int sample() const noexcept override { return 0; }
   bool serves(int) const noexcept override { return true; }
   int part_count() const noexcept override {
-    return is_looking_ ? static_cast<int>(found_.size()) : static_cast<int>(places_.size());
+    return is_searching_ ? static_cast<int>(found_.size()) : static_cast<int>(uncovered_.size());
   }
   bool build() override;
 
   /// A round has two steps: it finds points, then creates their records.
-  bool is_looking() const noexcept { return is_looking_; }
-  /// Calls visit(place) for the points of a part; place: the first vertex.
+  bool is_searching() const noexcept { return is_searching_; }
+  /// Calls visit(point) for the points of a part; point: the first vertex.
   template <typename Visit>
   void each_point(int part, Visit&& visit) const;
-  std::vector<Place>& found(int part) { return found_[static_cast<std::size_t>(part)]; }
-  const Place& place(int part) const { return places_[static_cast<std::size_t>(part)]; }
+  std::vector<UncoveredPoint>& found(int part) { return found_[static_cast<std::size_t>(part)]; }
+  const UncoveredPoint& uncovered(int part) const {
+    return uncovered_[static_cast<std::size_t>(part)];
+  }
   std::optional<IrradianceRecord>& made(int part) { return made_[static_cast<std::size_t>(part)]; }
   const IrradianceCache& cache(int replicate) const {
     return caches_[static_cast<std::size_t>(replicate)];
@@ -101,10 +103,10 @@ class Records final : public Prepass {
   int step_ = kFirstStep;  ///< distance of the points processed so far
   int last_step_ = 1;
   bool has_middles_ = true;  ///< of the squares between these points
-  bool is_looking_ = true;
-  std::vector<Lattice> lattices_;          ///< of this round
-  std::vector<std::vector<Place>> found_;  ///< by part
-  std::vector<Place> places_;
+  bool is_searching_ = true;
+  std::vector<Lattice> lattices_;                   ///< of this round
+  std::vector<std::vector<UncoveredPoint>> found_;  ///< by part
+  std::vector<UncoveredPoint> uncovered_;
   std::vector<std::optional<IrradianceRecord>> made_;
   std::vector<IrradianceCache> caches_;  ///< by replicate
 };
@@ -130,7 +132,7 @@ int Records::points() const {
 }
 
 void Records::begin_round() {
-  is_looking_ = true;
+  is_searching_ = true;
   found_.assign(static_cast<std::size_t>((points() + kPartPoints - 1) / kPartPoints), {});
 }
 
@@ -145,37 +147,38 @@ void Records::each_point(int part, Visit&& visit) const {
       point -= lattice->size();
       ++lattice;
     }
-    visit(Place{static_cast<std::uint16_t>(lattice->x + point % lattice->columns * lattice->step),
-                static_cast<std::uint16_t>(lattice->y + point / lattice->columns * lattice->step),
-                static_cast<std::uint16_t>(i % replicates), 0});
+    visit(UncoveredPoint{
+        static_cast<std::uint16_t>(lattice->x + point % lattice->columns * lattice->step),
+        static_cast<std::uint16_t>(lattice->y + point / lattice->columns * lattice->step),
+        static_cast<std::uint16_t>(i % replicates), 0});
   }
 }
 
 /// Selects the points that get records: all of them or, if memory is short, a subset from the whole
 /// film.
 void Records::choose() {
-  std::vector<std::vector<Place>> by_replicate(caches_.size());
-  for (const std::vector<Place>& part : found_) {
-    for (const Place& place : part) {
-      by_replicate[place.replicate].push_back(place);
+  std::vector<std::vector<UncoveredPoint>> by_replicate(caches_.size());
+  for (const std::vector<UncoveredPoint>& part : found_) {
+    for (const UncoveredPoint& point : part) {
+      by_replicate[point.replicate].push_back(point);
     }
   }
-  places_.clear();
+  uncovered_.clear();
   for (std::size_t r = 0; r < caches_.size(); ++r) {
-    const std::vector<Place>& all = by_replicate[r];
+    const std::vector<UncoveredPoint>& all = by_replicate[r];
     const std::size_t count = std::min(all.size(), room(r));
     for (std::size_t i = 0; i < count; ++i) {
-      places_.push_back(all[i * all.size() / count]);
+      uncovered_.push_back(all[i * all.size() / count]);
     }
   }
-  made_.assign(places_.size(), std::nullopt);
+  made_.assign(uncovered_.size(), std::nullopt);
 }
 
 void Records::keep() {
   std::vector<std::vector<IrradianceRecord>> by_replicate(caches_.size());
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (std::size_t i = 0; i < uncovered_.size(); ++i) {
     if (made_[i]) {
-      by_replicate[places_[i].replicate].push_back(*made_[i]);
+      by_replicate[uncovered_[i].replicate].push_back(*made_[i]);
     }
   }
   for (std::size_t r = 0; r < caches_.size(); ++r) {
@@ -195,15 +198,15 @@ bool Records::is_full() const {
 /// A halving of the step takes two rounds: first the centres of the squares of four earlier points,
 /// then those of their sides.
 bool Records::build() {
-  if (is_looking_) {
+  if (is_searching_) {
     choose();
-    is_looking_ = false;
+    is_searching_ = false;
     return false;
   }
   keep();
   if (is_full() || (has_middles_ && step_ <= last_step_)) {
     found_.clear();
-    places_.clear();
+    uncovered_.clear();
     made_.clear();
     return true;
   }
@@ -244,10 +247,11 @@ class CacheTracer final : public Integrator {
  private:
   bool takes_records(const PathState& path, const Bsdf& bsdf) const noexcept;
   template <typename Visit>
-  void follow_to_records(const Place& from, std::uint64_t& rays, Visit&& visit) const;
+  void follow_to_records(const UncoveredPoint& from, std::uint64_t& rays, Visit&& visit) const;
   IrradianceRecord make_record(const TracedPath& path, const PathVertex& vertex,
-                               const Place& place) const;
-  HemisphereSample look(TracedPath& path, const PathVertex& vertex, Vec3 wi_local) const noexcept;
+                               const UncoveredPoint& point) const;
+  HemisphereSample trace_ray(TracedPath& path, const PathVertex& vertex,
+                             Vec3 wi_local) const noexcept;
 
   const SceneData& scene_;
   RenderSettings settings_;
@@ -279,7 +283,8 @@ Rgb share_of_rest(const PathState& path, const PathVertex& vertex, const Bsdf& b
 /// Traces the camera path through a pixel and calls visit(path, vertex, number) where it uses
 /// records, until that returns false.
 template <typename Visit>
-void CacheTracer::follow_to_records(const Place& from, std::uint64_t& rays, Visit&& visit) const {
+void CacheTracer::follow_to_records(const UncoveredPoint& from, std::uint64_t& rays,
+                                    Visit&& visit) const {
   PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kCacheStream,
                       settings_.first_replicate);
   sampler.start(from.x, from.y, from.replicate);
@@ -289,7 +294,7 @@ void CacheTracer::follow_to_records(const Place& from, std::uint64_t& rays, Visi
   TracedPath path{start_path(scene_, ray, sampler, rays)};
   PathVertex vertex;
   int number = 0;
-  while (number < kPlacesMost && paths_.next_vertex(path, vertex)) {
+  while (number < kUncoveredMost && paths_.next_vertex(path, vertex)) {
     const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
     if (!paths_.visit(path, vertex, bsdf)) {
       return;
@@ -313,31 +318,31 @@ void CacheTracer::follow_to_records(const Place& from, std::uint64_t& rays, Visi
 
 void CacheTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) const {
   auto& records = static_cast<Records&>(pass);
-  if (records.is_looking()) {
-    records.each_point(part, [&](const Place& from) {
+  if (records.is_searching()) {
+    records.each_point(part, [&](const UncoveredPoint& from) {
       follow_to_records(from, rays, [&](const TracedPath& path, const PathVertex& at, int number) {
         const IrradianceCache& cache = records.cache(from.replicate);
         if (!cache.covers(at.point.position, facing(at), path.scatterings())) {
-          Place place = from;
-          place.vertex = static_cast<std::uint16_t>(number);
-          records.found(part).push_back(place);
+          UncoveredPoint point = from;
+          point.vertex = static_cast<std::uint16_t>(number);
+          records.found(part).push_back(point);
         }
         return true;
       });
     });
     return;
   }
-  const Place& place = records.place(part);
-  follow_to_records(place, rays, [&](const TracedPath& path, const PathVertex& at, int number) {
-    if (number == place.vertex) {
-      records.made(part) = make_record(path, at, place);
+  const UncoveredPoint& point = records.uncovered(part);
+  follow_to_records(point, rays, [&](const TracedPath& path, const PathVertex& at, int number) {
+    if (number == point.vertex) {
+      records.made(part) = make_record(path, at, point);
     }
-    return number < place.vertex;
+    return number < point.vertex;
   });
 }
 
 IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVertex& vertex,
-                                          const Place& place) const {
+                                          const UncoveredPoint& point) const {
   const Frame& frame = vertex.shading.frame;
   const float pixel_m = std::max(path.cone_width_m, 1e-6F * scene_.radius_m);
   const float least_m = kReachLeastPx * pixel_m / settings_.cache.tolerance;
@@ -346,13 +351,13 @@ IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVert
                       settings_.first_replicate);
   std::vector<HemisphereSample> samples(static_cast<std::size_t>(grid_.size()));
   for (int i = 0; i < grid_.size(); ++i) {
-    sampler.start(place.x, settings_.film.height + place.y,
-                  i * settings_.replicates + place.replicate);
+    sampler.start(point.x, settings_.film.height + point.y,
+                  i * settings_.replicates + point.replicate);
     TracedPath branch = path;
     branch.sampler = sampler;
     const Vec4 u = sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
     HemisphereSample& sample = samples[static_cast<std::size_t>(i)];
-    sample = look(branch, vertex, grid_.direction(i, {u.y, u.z}));
+    sample = trace_ray(branch, vertex, grid_.direction(i, {u.y, u.z}));
     // Detail finer than a record's minimum radius is not resolved.
     sample.distance_m = std::max(sample.distance_m, least_m);
   }
@@ -368,8 +373,8 @@ IrradianceRecord CacheTracer::make_record(const TracedPath& path, const PathVert
 }
 
 /// Returns the radiance along one direction, without emission of lights and sky seen directly.
-HemisphereSample CacheTracer::look(TracedPath& path, const PathVertex& vertex,
-                                   Vec3 wi_local) const noexcept {
+HemisphereSample CacheTracer::trace_ray(TracedPath& path, const PathVertex& vertex,
+                                        Vec3 wi_local) const noexcept {
   HemisphereSample out{{}, std::numeric_limits<float>::infinity()};
   BsdfSample sample;
   sample.wi_local = wi_local;

@@ -63,7 +63,7 @@ class Photons final : public Prepass {
 };
 
 /// Selects the particles around a point that count.
-enum class Kept {
+enum class Gathered {
   kAll,  ///< including direct light
   kIndirect,
   kCaustic  ///< caustics only: indirect, by smooth surfaces alone
@@ -109,7 +109,7 @@ class PhotonTracer final : public Integrator {
   void follow(TracedPath& path, const Photons& photons) const noexcept;
   Rgb direct_light(TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf) const noexcept;
   Rgb light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
-               const Photons& photons, Kept kept) const noexcept;
+               const Photons& photons, Gathered which) const noexcept;
   Rgb final_gather(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
                    const Photons& photons) const noexcept;
   void follow_gathering(TracedPath& path, const Photons& photons) const noexcept;
@@ -189,11 +189,11 @@ void PhotonTracer::follow(TracedPath& path, const Photons& photons) const noexce
       continue;
     }
     if (is_map) {
-      path.out.radiance += light_of(path, vertex, bsdf, photons, Kept::kAll);
+      path.out.radiance += light_of(path, vertex, bsdf, photons, Gathered::kAll);
     } else {
       path.out.radiance += direct_light(path, vertex, bsdf);
-      path.out.radiance +=
-          light_of(path, vertex, bsdf, photons, is_progressive_ ? Kept::kIndirect : Kept::kCaustic);
+      path.out.radiance += light_of(path, vertex, bsdf, photons,
+                                    is_progressive_ ? Gathered::kIndirect : Gathered::kCaustic);
     }
     if (!is_map && !is_progressive_) {
       path.out.radiance += final_gather(path, vertex, bsdf, photons);
@@ -224,17 +224,17 @@ Rgb PhotonTracer::direct_light(TracedPath& path, const PathVertex& vertex,
 
 /// Returns the light of the particles that the surface scatters along the path.
 Rgb PhotonTracer::light_of(const TracedPath& path, const PathVertex& vertex, const Bsdf& bsdf,
-                           const Photons& photons, Kept kept) const noexcept {
+                           const Photons& photons, Gathered which) const noexcept {
   // Minimum cosine of a particle's direction; 1e-6 of diffuse light is below it.
   constexpr float kCosLeast = 1e-3F;
-  const int least = kept == Kept::kAll ? 0 : 1;
+  const int least = which == Gathered::kAll ? 0 : 1;
   const int most = settings_.max_depth - 1 - path.scatterings();
   const Vec3 n = vertex.shading.normal_geometric;
   Rgb sum;
   photons.map.each(vertex.point.position, [&](const Photon& photon) {
     const int scatterings = photon.scatterings;
     if (scatterings < least || scatterings > most ||
-        (kept == Kept::kCaustic && !photon.is_caustic) ||
+        (which == Gathered::kCaustic && !photon.is_caustic) ||
         !faces_alike(photon.normal.unpacked(), n)) {
       return;
     }
@@ -285,7 +285,7 @@ void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) co
     if (!camera_paths_.is_at_max_depth(path)) {
       if (ends_at(bsdf, vertex)) {
         path.out.radiance += direct_light(path, vertex, bsdf);
-        path.out.radiance += light_of(path, vertex, bsdf, photons, Kept::kIndirect);
+        path.out.radiance += light_of(path, vertex, bsdf, photons, Gathered::kIndirect);
         if (!(bsdf.prob_delta() > 0)) {
           return;
         }

@@ -168,7 +168,7 @@ void PathTracer<Options>::add_light_along(TracedPath& path, const MediumAim& aim
     return;
   }
   const float distance_m = distances.sample(u.w);
-  const MediumStretch::Place at = aim.stretch.at(distance_m);
+  const MediumStretch::Point at = aim.stretch.at(distance_m);
   const LightView view = lights_.view(light, at.point);
   if (!(view.solid_angle > 0)) {
     return;

@@ -76,7 +76,7 @@ class SharedLightsTracer final : public GroupTracer {
     float weight = 0;         ///< W in the light's measure; 0: no sample
   };
   /// The data of a surface that is used n^2 times.
-  struct Place {
+  struct Receiver {
     Vec3 origin;
     Vec3 light_normal;
     Vec3 normal_geometric;
@@ -91,7 +91,7 @@ class SharedLightsTracer final : public GroupTracer {
       return view.geometric *
              (view.is_far || any_side ? 1.0F : std::max(dot(light_normal, view.wi_world), 0.0F));
     }
-    bool is_like(const Place& other) const noexcept;
+    bool is_like(const Receiver& other) const noexcept;
   };
   struct Expected {
     BsdfEval f;
@@ -99,9 +99,9 @@ class SharedLightsTracer final : public GroupTracer {
     float target = 0;  ///< s: contribution without shadows, in its own measure
   };
 
-  void begin(const GroupPath& from, Member& member, Place& place,
+  void begin(const GroupPath& from, Member& member, Receiver& receiver,
              std::uint64_t& rays) const noexcept;
-  void draw(Member& member, Place& place) const noexcept;
+  void draw(Member& member, Receiver& receiver) const noexcept;
   Expected expected(const Member& member, const LightPoint& light,
                     const LightView& view) const noexcept;
   void find_alike(std::size_t count) noexcept;
@@ -112,7 +112,7 @@ class SharedLightsTracer final : public GroupTracer {
   const StudyTracer& owner_;
   MisRule expected_rule_;  ///< never 0 and smooth, so that little depends on the unknown density
   std::vector<Member> paths_;
-  std::array<Place, kGroupMost> places_{};
+  std::array<Receiver, kGroupMost> receivers_{};
   std::vector<LightView> views_;  ///< [path * paths + sample]: a sample as seen by a path
   SharedSamples shared_;
   float each_ = 1;  ///< paths per pixel
@@ -121,13 +121,13 @@ class SharedLightsTracer final : public GroupTracer {
 };
 
 /// Traces to the first surface.
-void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& place,
+void SharedLightsTracer::begin(const GroupPath& from, Member& member, Receiver& receiver,
                                std::uint64_t& rays) const noexcept {
   TracedPath& path = member.path.emplace(
       TracedPath{start_path(owner_.scene(), from.camera_ray, from.sampler, rays)});
   member.is_over = true;
   member.shares = false;
-  place.count = 0;
+  receiver.count = 0;
   if (!owner_.next_vertex(path, member.vertex)) {
     return;
   }
@@ -136,7 +136,7 @@ void SharedLightsTracer::begin(const GroupPath& from, Member& member, Place& pla
   member.shares = !member.is_over && !owner_.is_at_max_depth(path) && bsdf.has_spread() &&
                   !owner_.lights().empty();
   if (member.shares) {
-    draw(member, place);
+    draw(member, receiver);
   }
 }
 
@@ -159,20 +159,20 @@ SharedLightsTracer::Expected SharedLightsTracer::expected(const Member& member,
   return out;
 }
 
-void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
+void SharedLightsTracer::draw(Member& member, Receiver& receiver) const noexcept {
   TracedPath& path = *member.path;
   const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kLight));
   path.u_roulette = u.w;
   const int count = owner_.options().first_candidates;
   const PathVertex& vertex = member.vertex;
   const Vec3 p = vertex.shading.origin;
-  place = {p,
-           vertex.light_normal,
-           vertex.shading.normal_geometric,
-           vertex.shading.horizon,
-           vertex.distance_m,
-           static_cast<float>(count),
-           vertex.light_normal == Vec3{}};
+  receiver = {p,
+              vertex.light_normal,
+              vertex.shading.normal_geometric,
+              vertex.shading.horizon,
+              vertex.distance_m,
+              static_cast<float>(count),
+              vertex.light_normal == Vec3{}};
   const auto sampled = [&](int k) {
     const auto at = candidate(u, k, count);
     return owner_.lights().point_of(
@@ -184,12 +184,12 @@ void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
     member.weight = member.light.pdf_measure > 0 ? 1 / member.light.pdf_measure : 0.0F;
     return;
   }
-  path.shared_samples = place.count;
-  struct Kept {
+  path.shared_samples = receiver.count;
+  struct Candidate {
     LightPoint light;
     float target = 0;
   };
-  WeightedReservoir<Kept> reservoir(
+  WeightedReservoir<Candidate> reservoir(
       static_cast<double>(path.sampler.get_4d(choice_group(path.depth)).x));
   for (int k = 0; k < count; ++k) {
     const LightPoint light = sampled(k);
@@ -198,7 +198,7 @@ void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
     }
     const LightView view = owner_.lights().view(light, p);
     const float diffuse =
-        size_of(view.radiance) * view.solid_angle * (place.density(view) > 0 ? 1.0F : 0.0F);
+        size_of(view.radiance) * view.solid_angle * (receiver.density(view) > 0 ? 1.0F : 0.0F);
     const float target = expected(member, light, view).target + kFloor * diffuse;
     reservoir.add({light, target}, static_cast<double>(target / light.pdf_measure));
   }
@@ -211,7 +211,7 @@ void SharedLightsTracer::draw(Member& member, Place& place) const noexcept {
 }
 
 /// Symmetric.
-bool SharedLightsTracer::Place::is_like(const Place& other) const noexcept {
+bool SharedLightsTracer::Receiver::is_like(const Receiver& other) const noexcept {
   const float far = std::max(distance_m, other.distance_m);
   const Vec3 way = other.origin - origin;
   const float off =
@@ -223,14 +223,14 @@ bool SharedLightsTracer::Place::is_like(const Place& other) const noexcept {
 /// Finds similar paths, and evaluates each sample for each of them.
 void SharedLightsTracer::find_alike(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i) {
-    const Place& place = places_[i];
-    if (!(place.count > 0)) {
+    const Receiver& receiver = receivers_[i];
+    if (!(receiver.count > 0)) {
       paths_[i].alike = 0;
       continue;
     }
     paths_[i].alike = std::uint64_t{1} << i;
     for (std::size_t j = 0; j < i; ++j) {
-      if (places_[j].count > 0 && place.is_like(places_[j])) {
+      if (receivers_[j].count > 0 && receiver.is_like(receivers_[j])) {
         paths_[i].alike |= std::uint64_t{1} << j;
         paths_[j].alike |= std::uint64_t{1} << i;
       }
@@ -238,13 +238,13 @@ void SharedLightsTracer::find_alike(std::size_t count) noexcept {
   }
   shared_.start(count);
   for (std::size_t j = 0; j < count; ++j) {
-    const bool is_drawn = places_[j].count > 0 && paths_[j].weight > 0;
+    const bool is_drawn = receivers_[j].count > 0 && paths_[j].weight > 0;
     for (std::size_t i = 0; i < count; ++i) {
       float density = 0;
       if (is_drawn) {
         LightView& view = views_[i * count + j];
-        view = owner_.lights().view(paths_[j].light, places_[i].origin);
-        density = places_[i].count * places_[i].density(view);
+        view = owner_.lights().view(paths_[j].light, receivers_[i].origin);
+        density = receivers_[i].count * receivers_[i].density(view);
       }
       shared_.set(i, j, density);
     }
@@ -283,7 +283,7 @@ Rgb SharedLightsTracer::direct(std::size_t which, std::size_t count) noexcept {
   TracedPath& path = *member.path;
   path.shared_samples = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    path.shared_samples += SharedSamples::has(member.alike, i) ? places_[i].count / each_ : 0.0F;
+    path.shared_samples += SharedSamples::has(member.alike, i) ? receivers_[i].count / each_ : 0.0F;
   }
   shared_.choose(member.alike);
   float sum = 0;
@@ -328,7 +328,7 @@ void SharedLightsTracer::trace(std::span<GroupPath> paths, int each, std::uint64
   const std::size_t count = paths.size();
   each_ = static_cast<float>(each);
   for (std::size_t i = 0; i < count; ++i) {
-    begin(paths[i], paths_[i], places_[i], rays);
+    begin(paths[i], paths_[i], receivers_[i], rays);
   }
   find_alike(count);
   for (std::size_t i = 0; i < count; ++i) {

@@ -35,8 +35,8 @@ int best_split_count(const SplitCosts& costs) {
   int best = 1;
   double least = 0;
   for (int n = 1; n <= kMeasuredSplitMax && costs.branch_rays > 0; ++n) {
-    const double work =
-        (costs.way_variance + costs.branch_variance / n) * (costs.way_rays + n * costs.branch_rays);
+    const double work = (costs.prefix_variance + costs.branch_variance / n) *
+                        (costs.prefix_rays + n * costs.branch_rays);
     if (n == 1 || work < least) {
       best = n;
       least = work;
@@ -97,12 +97,12 @@ std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& 
     const double signal = p.mean * p.mean + floor * floor;
     if (signal > 0) {
       out.branch_variance += p.branch / signal / count;
-      out.way_variance += (p.total - p.branch) / signal / count;
+      out.prefix_variance += (p.total - p.branch) / signal / count;
     }
   }
-  out.way_variance = std::max(out.way_variance, 0.0);
-  out.way_rays = 1;
-  out.branch_rays = std::max(static_cast<double>(rays) / paths - out.way_rays, 0.0);
+  out.prefix_variance = std::max(out.prefix_variance, 0.0);
+  out.prefix_rays = 1;
+  out.branch_rays = std::max(static_cast<double>(rays) / paths - out.prefix_rays, 0.0);
   return out;
 }
 
@@ -126,7 +126,8 @@ std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_to
     if (!costs) {
       return std::nullopt;
     }
-    return (costs->way_variance + costs->branch_variance) * (costs->way_rays + costs->branch_rays);
+    return (costs->prefix_variance + costs->branch_variance) *
+           (costs->prefix_rays + costs->branch_rays);
   };
   const std::optional<double> aimed = work(true);
   const std::optional<double> plain = work(false);
@@ -137,7 +138,7 @@ std::optional<int> measured_split_count(const Camera& camera, const Integrator& 
                                         const RenderSettings& settings,
                                         const std::stop_token& stop) {
   const auto few = measure_split(camera, plain, settings, kPixelsForRays, stop);
-  if (few && few->branch_rays >= few->way_rays) {
+  if (few && few->branch_rays >= few->prefix_rays) {
     return 1;
   }
   const auto measured = measure_split(camera, plain, settings, kSplitPixels, stop);
@@ -147,9 +148,9 @@ std::optional<int> measured_split_count(const Camera& camera, const Integrator& 
   SplitCosts costs = *measured;
   if (settings.sampler != SamplerType::kIndependent &&
       settings.sampler != SamplerType::kAntithetic) {
-    costs.way_variance *= kSpread;
+    costs.prefix_variance *= kSpread;
   }
-  const double affordable = std::ceil(costs.way_rays / std::max(costs.branch_rays, 1e-3));
+  const double affordable = std::ceil(costs.prefix_rays / std::max(costs.branch_rays, 1e-3));
   const double best = std::min<double>(best_split_count(costs), affordable);
   return static_cast<int>(std::bit_floor(static_cast<unsigned>(best)));
 }

@@ -21,16 +21,16 @@ inline constexpr int kMeasuredSplitMax = 8;
 inline constexpr int kSplitPixels = 1024;
 
 struct SplitCosts {
-  double way_variance = 0;     ///< Var E[Y | X] with camera ray X, continuation Y
+  double prefix_variance = 0;  ///< Var E[Y | X] with camera ray X, continuation Y
   double branch_variance = 0;  ///< E Var[Y | X]
-  double way_rays = 0;
+  double prefix_rays = 0;
   double branch_rays = 0;
 };
 
-/// Returns the count in [1, kMeasuredSplitMax] that minimises variance times cost, (way_variance +
-/// branch_variance / n) (way_rays + n branch_rays); 1 if there are no rays behind the first
-/// surface. Source: Veach 1997, 10.4; the real-valued optimum is sqrt(branch_variance way_rays /
-/// (way_variance branch_rays)).
+/// Returns the count in [1, kMeasuredSplitMax] that minimises variance times cost, (prefix_variance
+/// + branch_variance / n) (prefix_rays + n branch_rays); 1 if there are no rays behind the first
+/// surface. Source: Veach 1997, 10.4; the real-valued optimum is sqrt(branch_variance prefix_rays /
+/// (prefix_variance branch_rays)).
 int best_split_count(const SplitCosts& costs);
 
 /// Measures the costs. plain: an integrator without splitting. The pixels are spread evenly over

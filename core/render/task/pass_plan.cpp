@@ -11,13 +11,13 @@ long rounded_up(long samples, int unit) { return (samples + unit - 1) / unit * u
 
 }  // namespace
 
-int next_look(int samples, int replicates, int unit, int steps) {
+int next_check(int samples, int replicates, int unit, int steps) {
   for (long per = 1;; per *= 2) {
     const long cuts = std::min(per, static_cast<long>(steps));
     for (long k = 0; k < cuts; ++k) {
-      const long look = rounded_up((per + per * k / cuts) * replicates, unit);
-      if (look > samples) {
-        return static_cast<int>(look);
+      const long check = rounded_up((per + per * k / cuts) * replicates, unit);
+      if (check > samples) {
+        return static_cast<int>(check);
       }
     }
   }
@@ -27,7 +27,7 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
   if (unit > 1) {
     const int step = std::max(unit, samples / 8 / unit * unit);
     const auto end = static_cast<int>(rounded_up(static_cast<long>(samples) + step, unit));
-    return std::min({end, next_look(samples, replicates, unit), samples_max});
+    return std::min({end, next_check(samples, replicates, unit), samples_max});
   }
   if (samples < 2) {
     return std::min(samples + 1, samples_max);
@@ -35,7 +35,7 @@ int pass_end(int samples, int samples_max, int replicates, int unit) {
   const int step = std::max(2, samples / 8 / 2 * 2);
   int end = samples + step;
   end += end % 2;
-  end = std::min(end, next_look(samples, replicates));
+  end = std::min(end, next_check(samples, replicates));
   return std::min(end, samples_max);
 }
 
@@ -43,8 +43,8 @@ int whole_sets(int limit, int unit) { return limit < unit ? limit : limit / unit
 
 int first_epoch(const RenderSettings& settings) {
   constexpr int kLeast = 20;  // two samples of the pilot stream, because one has no variance
-  return next_look(std::max(settings.adaptive.min_samples, kLeast) - 1, settings.replicates,
-                   sample_unit(settings));
+  return next_check(std::max(settings.adaptive.min_samples, kLeast) - 1, settings.replicates,
+                    sample_unit(settings));
 }
 
 int plan_step(const RenderSettings& settings) {

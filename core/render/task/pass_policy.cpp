@@ -11,7 +11,7 @@ namespace {
 
 /// Per octave of samples: denoising takes as long as some samples of the image, so more checks
 /// would cost more than they save.
-constexpr int kDenoisedLooks = 2;
+constexpr int kDenoisedChecks = 2;
 /// No error target ends a job earlier: fewer samples miss rare light.
 constexpr int kSamplesBeforeErrorStop = 4;
 
@@ -43,8 +43,8 @@ int PassPolicy::barrier(const Pass& pass) const {
                         : pass_end(pass.target, samples_max_, replicates_, unit_);
     return std::max(std::min(end, pass.planned_to), pass.target);
   }
-  const int look = next_look(pass.base, replicates_, unit_);
-  return std::max(std::min({look, samples_max_, pass.planned_to}), pass.target);
+  const int check = next_check(pass.base, replicates_, unit_);
+  return std::max(std::min({check, samples_max_, pass.planned_to}), pass.target);
 }
 
 int PassPolicy::next_target(const Pass& pass) const {
@@ -60,30 +60,30 @@ int PassPolicy::far_target(const Pass& pass) const {
     return near;
   }
   // The first image should come as early as without other machines.
-  const int octave = next_look(pass.base, replicates_, unit_, 1);
-  const int far = pass.base > 0 ? next_look(octave, replicates_, unit_, 1) : octave;
+  const int octave = next_check(pass.base, replicates_, unit_, 1);
+  const int far = pass.base > 0 ? next_check(octave, replicates_, unit_, 1) : octave;
   const int end = std::min(samples_max_, pass.planned_to);
   // Avoids a short last pass.
   const bool is_last = far >= end || (pass.base > 0 && far >= end - far);
   return std::max(near, is_last ? end : far);
 }
 
-bool PassPolicy::looks_at(int samples) const {
-  return samples >= samples_max_ || next_look(samples - 1, replicates_, unit_) == samples;
+bool PassPolicy::checks_at(int samples) const {
+  return samples >= samples_max_ || next_check(samples - 1, replicates_, unit_) == samples;
 }
 
 int PassPolicy::stop_at(double samples) const {
   const double least = std::max(samples, static_cast<double>(kSamplesBeforeErrorStop));
   // If the error has no bound, the count is infinite or NaN.
   return least < samples_max_
-             ? std::min(next_look(static_cast<int>(std::ceil(least)) - 1, replicates_, unit_),
+             ? std::min(next_check(static_cast<int>(std::ceil(least)) - 1, replicates_, unit_),
                         samples_max_)
              : samples_max_;
 }
 
-double PassPolicy::error_bound(const ErrorEstimate& look) const {
-  // No correction for repeated looks: the noise of the interval's end is small beside its doubt.
-  return stop_.worst_tile ? look.worst_tile(stop_.confidence) : look.image(stop_.confidence).high;
+double PassPolicy::error_bound(const ErrorEstimate& check) const {
+  // No correction for repeated checks: the noise of the interval's end is small beside its doubt.
+  return stop_.worst_tile ? check.worst_tile(stop_.confidence) : check.image(stop_.confidence).high;
 }
 
 bool PassPolicy::may_stop_at(int samples) const {
@@ -93,7 +93,7 @@ bool PassPolicy::may_stop_at(int samples) const {
 bool PassPolicy::denoises_at(int samples) const {
   return stop_.denoised_error && may_stop_at(samples) &&
          (samples >= samples_max_ ||
-          next_look(samples - 1, replicates_, unit_, kDenoisedLooks) == samples);
+          next_check(samples - 1, replicates_, unit_, kDenoisedChecks) == samples);
 }
 
 StopReason PassPolicy::decide(int samples, double bound, double denoised_bound,

@@ -1,4 +1,4 @@
-/// PassPolicy: decides which samples come next, when to look at the error, and when to stop.
+/// PassPolicy: decides which samples come next, when to check the error, and when to stop.
 ///
 /// A pure value computed from the settings and the stop rules. It does not depend on threads,
 /// clocks or the film.
@@ -38,15 +38,15 @@ class PassPolicy {
   /// Returns the end of the pass after pass.target; pass.target itself at the barrier.
   int next_target(const Pass& pass) const;
   /// As next_target(), for tiles that are sent to other machines and back in each pass. Minimises
-  /// the number of passes: the next pass ends at the next look that may end the job, or at four
+  /// the number of passes: the next pass ends at the next check that may end the job, or at four
   /// times the samples if there is none (up to eight times for the last pass).
   int far_target(const Pass& pass) const;
-  bool looks_at(int samples) const;
+  bool checks_at(int samples) const;
   /// Returns the first count at or above `samples` at which an error target may end the job.
   int stop_at(double samples) const;
 
   /// Returns the upper end that is compared with the error target; NaN if unknown.
-  double error_bound(const ErrorEstimate& look) const;
+  double error_bound(const ErrorEstimate& check) const;
   /// Returns whether so little light may be missing that an error target may end the job.
   /// at_most: LightNotFound::at_most.
   bool allows_missing(double at_most) const {
@@ -56,9 +56,9 @@ class PassPolicy {
   bool ends_by_meter(int samples, double error) const {
     return stop_.meter_error && may_stop_at(samples) && error <= *stop_.meter_error;
   }
-  /// Returns whether the image is denoised at this look to test the stop rule.
+  /// Returns whether the image is denoised at this check to test the stop rule.
   bool denoises_at(int samples) const;
-  /// Decides after a complete pass of `samples`. bound: error_bound() of the look at that count,
+  /// Decides after a complete pass of `samples`. bound: error_bound() of the check at that count,
   /// infinite if there was none. denoised_bound: that of the denoised image. at_most: as of
   /// allows_missing(). Returns kNone to continue.
   StopReason decide(int samples, double bound,

@@ -38,7 +38,7 @@ void ProgressMeter::note_pass(int samples, double elapsed_seconds) {
   pace_.push_back({elapsed_seconds, static_cast<double>(samples)});
 }
 
-void ProgressMeter::note_look(const ConvergencePoint& point, double bound) {
+void ProgressMeter::note_check(const ConvergencePoint& point, double bound) {
   points_.push_back(point);
   bound_ = bound;
 }

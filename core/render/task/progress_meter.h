@@ -19,7 +19,7 @@ class ProgressMeter {
   /// Records a complete pass after `elapsed_seconds` of rendering.
   void note_pass(int samples, double elapsed_seconds);
   /// bound: PassPolicy::error_bound().
-  void note_look(const ConvergencePoint& point, double bound);
+  void note_check(const ConvergencePoint& point, double bound);
   void forget_fraction() { fraction_ = 0; }  ///< call when the stop rules have changed
 
   /// Fills fraction, ETA and error of `p`; its other members are already set. samples: current mean

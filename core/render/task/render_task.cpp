@@ -82,11 +82,11 @@ std::optional<Slice> RenderTask::Impl::find_slice_of(SliceKind kind) {
   return std::nullopt;
 }
 
-std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
+std::optional<Slice> RenderTask::Impl::find_slice(Process process) {
   if (phase == Phase::kPiloting) {
     return find_slice_of(SliceKind::kPilot);
   }
-  if (phase == Phase::kPrepass && place == Place::kHere) {
+  if (phase == Phase::kPrepass && process == Process::kThis) {
     if (prepass.parts_out == prepass.pass->part_count()) {
       return std::nullopt;
     }
@@ -94,21 +94,21 @@ std::optional<Slice> RenderTask::Impl::find_slice(Place place) {
     return Slice{prepass.parts_out++, 0, 0, SliceKind::kPrepass};
   }
   if (phase == Phase::kComparing) {
-    auto slice = place == Place::kHere ? references->take() : std::nullopt;
+    auto slice = process == Process::kThis ? references->take() : std::nullopt;
     in_flight += slice ? 1 : 0;
     return slice;
   }
   if (phase == Phase::kRendering && needs_prepass()) {
     return std::nullopt;
   }
-  if (place == Place::kHere) {
+  if (process == Process::kThis) {
     if (const auto part = find_census_slice()) {
       return part;
     }
   }
   auto slice = find_slice_of(SliceKind::kPicture);
   while (!slice && pass.target < policy.barrier(pass)) {
-    pass.target = place == Place::kElsewhere ? policy.far_target(pass) : policy.next_target(pass);
+    pass.target = process == Process::kOther ? policy.far_target(pass) : policy.next_target(pass);
     slice = find_slice_of(SliceKind::kPicture);
   }
   return slice;
@@ -158,13 +158,13 @@ RenderTask::Impl::Due RenderTask::Impl::next_due() {
     due.samples = pass.planned_to;
   } else if (all_have(&Tile::samples, pass.target) && pass.target >= policy.barrier(pass)) {
     due.samples = pass.target;
-    if (references != nullptr && policy.looks_at(due.samples) && references->lacks(due.samples)) {
+    if (references != nullptr && policy.checks_at(due.samples) && references->lacks(due.samples)) {
       due.step = Step::kCompare;
       phase = Phase::kDeciding;
       return due;
     }
     due.step = Step::kPass;
-    due.looks = policy.looks_at(due.samples);
+    due.checks_error = policy.checks_at(due.samples);
     due.is_news = meter.points().empty() || meter.points().back().samples_per_pixel != due.samples;
     meter.note_pass(due.samples, clock.seconds());
     pass.base = pass.target;
@@ -197,7 +197,7 @@ RenderTask::Impl::Due RenderTask::Impl::due_end() {
   // A cancelled job must end soon, so it keeps its last error estimate.
   due.is_news = ending != StopReason::kCancelled && due.samples > 0 &&
                 (meter.points().empty() || meter.points().back().samples_per_pixel != due.samples);
-  due.looks = due.is_news;
+  due.checks_error = due.is_news;
   phase = Phase::kDeciding;
   return due;
 }
@@ -245,27 +245,28 @@ void RenderTask::Impl::advance(Due due) {
 }
 
 /// Makes the splats that light paths added to other tiles visible.
-void RenderTask::Impl::settle_splats() {
-  const std::vector<std::uint32_t> revisions = film->settle_splats();
+void RenderTask::Impl::publish_splats() {
+  const std::vector<std::uint32_t> revisions = film->publish_splats();
   for (std::size_t t = 0; t < revisions.size(); ++t) {
     sink.on_tile(static_cast<int>(t), revisions[t]);
   }
 }
 
 RenderTask::Impl::Due RenderTask::Impl::decide(const Due& due) {
-  settle_splats();
+  publish_splats();
   const PassPolicy by = policy_now();
-  Look seen = due.looks ? look(due, by) : Look{};
-  if (due.looks && by.denoises_at(due.samples) && denoised_bound) {
-    seen.denoised_bound = denoised_bound(*film, by.stop().confidence);
+  ErrorCheck check = due.checks_error ? check_error(due, by) : ErrorCheck{};
+  if (due.checks_error && by.denoises_at(due.samples) && denoised_bound) {
+    check.denoised_bound = denoised_bound(*film, by.stop().confidence);
   }
-  const double at_most = seen.light_not_found ? seen.light_not_found->at_most
-                                              : std::numeric_limits<double>::infinity();
-  if (due.looks && by.stop().meter_error && by.allows_missing(at_most) &&
+  const double at_most = check.light_not_found ? check.light_not_found->at_most
+                                               : std::numeric_limits<double>::infinity();
+  if (due.checks_error && by.stop().meter_error && by.allows_missing(at_most) &&
       by.ends_by_meter(due.samples, meter_error_now())) {
-    return settle(due.samples, StopReason::kMeterError);
+    return next_after(due.samples, StopReason::kMeterError);
   }
-  return settle(due.samples, by.decide(due.samples, seen.bound, seen.denoised_bound, at_most));
+  return next_after(due.samples,
+                    by.decide(due.samples, check.bound, check.denoised_bound, at_most));
 }
 
 /// Plans the epoch that begins at the current samples.
@@ -277,7 +278,7 @@ RenderTask::Impl::Due RenderTask::Impl::begin_epoch(int from) {
   return next_due();
 }
 
-RenderTask::Impl::Due RenderTask::Impl::settle(int samples, StopReason why) {
+RenderTask::Impl::Due RenderTask::Impl::next_after(int samples, StopReason why) {
   MutexLock lock(mutex);
   ending = why == StopReason::kNone ? ending : why;
   phase = samples == pass.planned_to ? Phase::kPiloting : Phase::kRendering;
@@ -288,9 +289,9 @@ void RenderTask::Impl::end(Due due) {
   for (auto& [tile, state] : due.taken_back) {
     sink.on_tile(tile, film->commit(tile, std::move(state)));
   }
-  settle_splats();
-  if (due.looks) {
-    look(due, policy_now());
+  publish_splats();
+  if (due.checks_error) {
+    check_error(due, policy_now());
   }
   finish(due.why);
   sink.on_finished(due.why);
@@ -302,31 +303,31 @@ PassPolicy RenderTask::Impl::policy_now() const {
 }
 
 /// Estimates the error once; records changes and sends them to the sink.
-RenderTask::Impl::Look RenderTask::Impl::look(const Due& due, const PassPolicy& by) {
+RenderTask::Impl::ErrorCheck RenderTask::Impl::check_error(const Due& due, const PassPolicy& by) {
   if (references != nullptr) {
     film->add_cpu_seconds(references->take_cpu_seconds());
   }
   const ErrorEstimate estimate = error_now();
-  Look seen;
-  seen.point.samples_per_pixel = due.samples;
-  seen.point.cpu_seconds = film->cpu_seconds();
-  seen.point.rays = film->rays();
-  seen.point.error = estimate.image(by.stop().confidence);
-  seen.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
-  seen.light_not_found = count_particles(due, by.stop().confidence);
+  ErrorCheck check;
+  check.point.samples_per_pixel = due.samples;
+  check.point.cpu_seconds = film->cpu_seconds();
+  check.point.rays = film->rays();
+  check.point.error = estimate.image(by.stop().confidence);
+  check.bound = by.stop().relative_error ? by.error_bound(estimate) : 0;
+  check.light_not_found = count_particles(due, by.stop().confidence);
   if (due.is_news) {
-    note(seen);
-    sink.on_pass(seen.point);
+    note(check);
+    sink.on_pass(check.point);
   }
-  return seen;
+  return check;
 }
 
-void RenderTask::Impl::note(Look& seen) {
+void RenderTask::Impl::note(ErrorCheck& check) {
   MutexLock lock(mutex);
-  seen.point.elapsed_seconds = clock.seconds();
-  meter.note_look(seen.point, seen.bound);
-  if (seen.light_not_found) {
-    light_not_found = seen.light_not_found;
+  check.point.elapsed_seconds = clock.seconds();
+  meter.note_check(check.point, check.bound);
+  if (check.light_not_found) {
+    light_not_found = check.light_not_found;
   }
 }
 
@@ -344,9 +345,9 @@ RenderTask::RenderTask(std::shared_ptr<const Renderer> renderer, std::shared_ptr
 
 RenderTask::~RenderTask() = default;
 
-std::optional<Slice> RenderTask::take(Place place) {
+std::optional<Slice> RenderTask::take(Process process) {
   Impl& m = *impl_;
-  if (place == Place::kElsewhere && !can_lend()) {
+  if (process == Process::kOther && !can_lend()) {
     return std::nullopt;
   }
   Impl::Due due;
@@ -358,7 +359,7 @@ std::optional<Slice> RenderTask::take(Place place) {
     m.clock.start();
     m.note_clock();
     if (m.ending == StopReason::kNone) {
-      if (const auto slice = m.find_slice(place)) {
+      if (const auto slice = m.find_slice(process)) {
         return slice;
       }
     }

@@ -3,7 +3,7 @@
 /// A slice is (tile, samples [first, last)): the tile's camera paths and, if the integrator splats,
 /// the light paths of its unit. Units outside the crop have light paths only; slices for chunks of
 /// a meter's points come last. In each pass every tile reaches the same sample count before a
-/// decision (stop, look at the error), so the final film does not depend on threads. With adaptive
+/// decision (stop, check the error), so the final film does not depend on threads. With adaptive
 /// sampling an epoch begins at some of these counts: pilot slices are rendered first, then the
 /// epoch is planned and every tile gets its samples. If camera paths need a prepass, every pass is
 /// one sample, preceded by the slices of the prepass. PassPolicy determines the order; the task
@@ -63,8 +63,8 @@ struct TaskOptions {
   bool counts_particles = false;
   std::optional<LightNotFound> light_not_found_before = {};
   /// Returns the upper end of the error of the film's denoised image; infinite if unknown. Called
-  /// by one thread at looks of jobs with stop.denoised_error, while no slice of the task is out. If
-  /// empty, such a rule never ends the task.
+  /// by one thread at checks of jobs with stop.denoised_error, while no slice of the task is out.
+  /// If empty, such a rule never ends the task.
   std::function<double(const Film& film, double confidence)> denoised_bound = {};
 };
 
@@ -78,15 +78,14 @@ class RenderTask {
   RenderTask(const RenderTask&) = delete;
   RenderTask& operator=(const RenderTask&) = delete;
 
-  /// Place of computation of a slice.
-  enum class Place {
-    kHere,      ///< in this process, by run()
-    kElsewhere  ///< in another process, from the result of prepare(); it also traces the photons
-                ///< that it looks up
+  /// The process that computes a slice.
+  enum class Process {
+    kThis,  ///< by run()
+    kOther  ///< from the result of prepare(); it also traces the photons that it looks up
   };
   /// Returns the next slice. Empty if none is available now (others are still running) or if the
   /// task is paused or over.
-  std::optional<Slice> take(Place place = Place::kHere);
+  std::optional<Slice> take(Process process = Process::kThis);
   /// Renders and commits a slice from take(). The last slice of a pass also makes the decisions.
   void run(const Slice& slice);
 

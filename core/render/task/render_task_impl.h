@@ -48,7 +48,7 @@ inline int slice_length(double pixels, int samples, double cpu_seconds, double s
 }
 
 /// Phases: rendering passes, pilot samples before an epoch, a prepass before a pass, reference
-/// images before a look at the error, deciding (on one thread, while no slice is out), over. Every
+/// images before a check of the error, deciding (on one thread, while no slice is out), over. Every
 /// function locks at most once; functions with REQUIRES(mutex) make no callbacks.
 struct RenderTask::Impl {
   enum class Phase { kRendering, kPiloting, kPrepass, kComparing, kDeciding, kOver };
@@ -57,13 +57,13 @@ struct RenderTask::Impl {
   struct Due {
     Step step = Step::kNone;
     int samples = 0;
-    bool looks = false;    ///< estimates the error
+    bool checks_error = false;
     bool is_news = false;  ///< no earlier point has this many samples
     StopReason why = StopReason::kNone;
     std::map<int, TileState> taken_back = {};  ///< tiles as of the last complete pass
   };
   /// The error estimate after a complete pass.
-  struct Look {
+  struct ErrorCheck {
     ConvergencePoint point;
     double bound = std::numeric_limits<double>::infinity();  ///< PassPolicy::error_bound()
     double denoised_bound = std::numeric_limits<double>::infinity();
@@ -120,7 +120,7 @@ struct RenderTask::Impl {
   Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> f, TaskOptions o, RenderSink& s);
 
   const RenderSettings& settings() const { return renderer->view().settings; }
-  std::optional<Slice> find_slice(Place place) REQUIRES(mutex);
+  std::optional<Slice> find_slice(Process process) REQUIRES(mutex);
   std::optional<Slice> find_slice_of(SliceKind kind) REQUIRES(mutex);
   bool needs_prepass() const REQUIRES(mutex);
   int pilot_target() const REQUIRES(mutex) {
@@ -145,16 +145,16 @@ struct RenderTask::Impl {
   Due begin_prepass(int sample) EXCLUDES(mutex);
   Due build_prepass() EXCLUDES(mutex);
   void advance(Due due) EXCLUDES(mutex);
-  void settle_splats() EXCLUDES(mutex);
+  void publish_splats() EXCLUDES(mutex);
   Due decide(const Due& due) EXCLUDES(mutex);
   Due begin_epoch(int from) EXCLUDES(mutex);
   ErrorEstimate error_now() const;
   double meter_error_now() const;
-  Look look(const Due& due, const PassPolicy& by) EXCLUDES(mutex);
-  Due settle(int samples, StopReason why) EXCLUDES(mutex);
+  ErrorCheck check_error(const Due& due, const PassPolicy& by) EXCLUDES(mutex);
+  Due next_after(int samples, StopReason why) EXCLUDES(mutex);
   void end(Due due) EXCLUDES(mutex);
   PassPolicy policy_now() const EXCLUDES(mutex);
-  void note(Look& seen) EXCLUDES(mutex);
+  void note(ErrorCheck& check) EXCLUDES(mutex);
   void finish(StopReason why) EXCLUDES(mutex);
 };
 

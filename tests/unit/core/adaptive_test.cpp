@@ -195,7 +195,7 @@ TEST(Epochs, BeginAtErrorChecksAndThePilotIsAtMostATenth) {
       int from = core::first_epoch(settings);
       EXPECT_GE(from, least);
       for (; from < 65536; from = core::epoch_end(from)) {
-        EXPECT_EQ(core::next_look(from - 1, replicates), from);
+        EXPECT_EQ(core::next_check(from - 1, replicates), from);
         EXPECT_EQ(from % replicates, 0);
         EXPECT_GE(core::pilot_samples_at(from), 2);
         EXPECT_LE(core::pilot_samples_at(from), 0.1 * (from + core::pilot_samples_at(from)));

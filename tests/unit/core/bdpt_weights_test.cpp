@@ -84,7 +84,7 @@ core::Camera camera_of(bool is_orthographic) {
   return *core::Camera::create({}, {file}, {}, 16, 16);
 }
 
-struct Place {
+struct Target {
   Vec3 at;
   bool is_on_surface = false;
 };
@@ -104,9 +104,9 @@ class Paths {
         emission_(data(), sky_.get()),
         weights_({data(), sky_.get(), settings_, &camera_}, lights_, emission_) {}
 
-  /// places: from the camera to the light. Empty if the light cannot take this way.
-  std::optional<double> sum_of_weights(const std::vector<Place>& places, Random& random) {
-    places_ = places;
+  /// targets: from the camera to the light. Empty if the light cannot take this way.
+  std::optional<double> sum_of_weights(const std::vector<Target>& targets, Random& random) {
+    targets_ = targets;
     is_possible_ = true;
     camera_side_.clear();
     light_side_.clear();
@@ -167,16 +167,16 @@ class Paths {
     return path;
   }
   /// Makes the vertex at the end of the path's ray.
-  Vertex& reach(std::list<Vertex>& vertices, Subpath& path, const Place& place) {
-    const float distance_m = length(place.at - path.ray.origin);
+  Vertex& reach(std::list<Vertex>& vertices, Subpath& path, const Target& target) {
+    const float distance_m = length(target.at - path.ray.origin);
     path.flight_depth = flight_depth(path.ray.origin, path.ray.direction, distance_m);
-    if (!place.is_on_surface) {
+    if (!target.is_on_surface) {
       return vertices.emplace_back(
           path, core::MediumSample{.scatterer = &fog_.medium(), .distance_m = distance_m});
     }
     core::PathVertex met;
     EXPECT_TRUE(core::intersect(data(), path, met));
-    is_possible_ &= length(met.point.position - place.at) < 1e-3F;  // nothing is in between
+    is_possible_ &= length(met.point.position - target.at) < 1e-3F;  // nothing is in between
     core::surface_event(data(), path, met);
     return vertices.emplace_back(data(), path, met);
   }
@@ -208,23 +208,23 @@ class Paths {
 
   Subpath camera_subpath() {
     Subpath path = subpath();
-    const auto seen = camera_.sample_wi(places_.front().at, {0.5F, 0.5F});
+    const auto seen = camera_.sample_wi(targets_.front().at, {0.5F, 0.5F});
     path.ray.origin = path.last.origin = seen.origin;
     path.ray.direction = -seen.wi_world;
     path.sums = weights_.from_camera(path.ray);
-    for (std::size_t i = 0; i < places_.size() && is_possible_; ++i) {
-      Vertex& vertex = reach(camera_side_, path, places_[i]);
+    for (std::size_t i = 0; i < targets_.size() && is_possible_; ++i) {
+      Vertex& vertex = reach(camera_side_, path, targets_[i]);
       vertex.sums = weights_.at_camera_vertex(path, vertex);
       leave(path, vertex,
-            i + 1 < places_.size() ? normalize(places_[i + 1].at - vertex.origin())
-                                   : to_light(vertex.origin()),
+            i + 1 < targets_.size() ? normalize(targets_[i + 1].at - vertex.origin())
+                                    : to_light(vertex.origin()),
             TransportMode::kRadiance);
     }
     return path;
   }
   void light_subpath() {
     Subpath path = subpath();
-    const Vec3 first = places_.back().at;
+    const Vec3 first = targets_.back().at;
     core::EmissionSample light = start_;
     if (lamp() == Lamp::kSky) {
       light.ray.origin = first - light.ray.direction * (3 * data().radius_m);
@@ -232,14 +232,14 @@ class Paths {
     path.ray.origin = path.last.origin = light.ray.origin;
     path.ray.direction = -to_light(first);
     light.pdf = emission_.pdf(light.light, path.ray.direction);
-    for (std::size_t i = places_.size(); is_possible_ && i-- > 0;) {
-      Vertex& vertex = reach(light_side_, path, places_[i]);
+    for (std::size_t i = targets_.size(); is_possible_ && i-- > 0;) {
+      Vertex& vertex = reach(light_side_, path, targets_[i]);
       if (fault_ == Fault::kNoExtinction) {
         vertex.extinction = Rgb(1);
       }
       vertex.sums = weights_.at_light_vertex(path, light, vertex);
       if (i > 0) {
-        leave(path, vertex, normalize(places_[i - 1].at - vertex.origin()),
+        leave(path, vertex, normalize(targets_[i - 1].at - vertex.origin()),
               TransportMode::kImportance);
       }
     }
@@ -301,7 +301,7 @@ class Paths {
   core::BdptWeights weights_;
   core::PathSampler sampler_{core::SamplerType::kIndependent, 2, 1, 0};
   std::uint64_t rays_ = 0;
-  std::vector<Place> places_;
+  std::vector<Target> targets_;
   core::EmissionSample start_;
   std::list<Vertex> camera_side_;
   std::list<Vertex> light_side_;
@@ -314,14 +314,14 @@ double worst(Paths& paths, const std::string& kinds) {
   double most = 0;
   int possible = 0;
   for (int i = 0; i < 200; ++i) {
-    std::vector<Place> places;
+    std::vector<Target> targets;
     for (const char kind : kinds) {
       const float x = 2 * random.uniform() - 1;
       const float z = 2 * random.uniform() - 1;
       const float y = kind == 's' ? 0 : kind == 'g' ? 1 : 0.2F + 1.5F * random.uniform();
-      places.push_back({{x, y, z}, kind != 'f'});
+      targets.push_back({{x, y, z}, kind != 'f'});
     }
-    if (const auto sum = paths.sum_of_weights(places, random)) {
+    if (const auto sum = paths.sum_of_weights(targets, random)) {
       most = std::max(most, std::fabs(*sum - 1));
       ++possible;
     }

@@ -71,7 +71,7 @@ TEST(LightNotFoundBits, AreIndependentOfPlaces) {
   NullSink sink;
   RenderTask task(renderer, film_of(), options_of(6), sink);
   while (!task.finished()) {
-    if (const auto slice = task.take(RenderTask::Place::kElsewhere)) {
+    if (const auto slice = task.take(RenderTask::Process::kOther)) {
       core::SliceWork work = task.prepare(*slice, 1);
       ASSERT_TRUE(core::render_slice(*renderer, work, {}));
       task.accept(std::move(work));

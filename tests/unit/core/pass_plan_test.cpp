@@ -17,13 +17,13 @@ std::vector<int> up_to(int most, const Next& next) {
 }
 
 TEST(PassPlan, ErrorChecksDivideEachOctaveOfAReplicateIntoFour) {
-  const auto looks = up_to(64, [](int at) { return core::next_look(at, 2); });
-  EXPECT_EQ(looks, (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64}));
+  const auto checks = up_to(64, [](int at) { return core::next_check(at, 2); });
+  EXPECT_EQ(checks, (std::vector<int>{2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64}));
 }
 
 TEST(PassPlan, ErrorChecksAndPassesOfSetsAreWholeSets) {
   // 2 ... 48, 64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384 in total.
-  EXPECT_EQ(up_to(400, [](int at) { return core::next_look(at, 2, 50); }),
+  EXPECT_EQ(up_to(400, [](int at) { return core::next_check(at, 2, 50); }),
             (std::vector<int>{50, 100, 150, 200, 250, 300, 350, 400}));
   for (const int unit : {4, 32, 50, 1600}) {
     const int most = core::whole_sets(65536, unit);
@@ -32,7 +32,7 @@ TEST(PassPlan, ErrorChecksAndPassesOfSetsAreWholeSets) {
       const int end = core::pass_end(at, most, 2, unit);
       ASSERT_GT(end, at);
       ASSERT_EQ(end % unit, 0);
-      ASSERT_LE(end, core::next_look(at, 2, unit));
+      ASSERT_LE(end, core::next_check(at, 2, unit));
       ASSERT_LE(end - at, std::max(at / 8, unit));
       at = end;
     }
@@ -50,7 +50,7 @@ TEST(PassPlan, PassesGrowByAtMostAnEighthAndIncludeEveryErrorCheck) {
       const int end = core::pass_end(at, most, 2);
       ASSERT_GT(end, at);
       ASSERT_LE(end, most);
-      ASSERT_LE(end, core::next_look(at, 2));
+      ASSERT_LE(end, core::next_check(at, 2));
       ASSERT_LE(end - at, std::max(at / 8, 2));
       at = end;
     }

@@ -92,10 +92,10 @@ TEST(PassPolicy, NoTileExceedsThePlan) {
 TEST(PassPolicy, ErrorChecksAreAQuarterOfAnOctaveApartAndAtTheEnd) {
   const PassPolicy by = policy(samples(100));
   for (const int at : {2, 4, 6, 16, 20, 28, 64, 80, 96, 100}) {
-    EXPECT_TRUE(by.looks_at(at)) << at;
+    EXPECT_TRUE(by.checks_at(at)) << at;
   }
   for (const int at : {18, 22, 72, 88, 98}) {
-    EXPECT_FALSE(by.looks_at(at)) << at;
+    EXPECT_FALSE(by.checks_at(at)) << at;
   }
 }
 
@@ -152,13 +152,13 @@ TEST(PassPolicy, RequestsADenoisedErrorTwiceAnOctaveFromFourSamplesOn) {
   StopRules stop;
   stop.denoised_error = 0.1;
   const PassPolicy by = policy(stop, 100);
-  std::vector<int> looks;
+  std::vector<int> checks;
   for (int n = 1; n <= 100; ++n) {
-    if (by.looks_at(n) && by.denoises_at(n)) {
-      looks.push_back(n);
+    if (by.checks_at(n) && by.denoises_at(n)) {
+      checks.push_back(n);
     }
   }
-  EXPECT_EQ(looks, (std::vector<int>{4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 100}));
+  EXPECT_EQ(checks, (std::vector<int>{4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 100}));
   EXPECT_FALSE(policy(samples(100)).denoises_at(16)) << "not requested";
   EXPECT_EQ(by.decide(16, kInfinity, 0.11), StopReason::kNone);
   EXPECT_EQ(by.decide(16, kInfinity, 0.09), StopReason::kDenoisedError);

@@ -144,7 +144,7 @@ TEST(ReferenceImages, AreNotLentToOtherMachines) {
     was_busy = was_busy || !lends;
     if (const auto slice = task.take()) {
       EXPECT_EQ(slice->kind == core::SliceKind::kReference, !lends);
-      EXPECT_FALSE(!lends && task.take(core::RenderTask::Place::kElsewhere));
+      EXPECT_FALSE(!lends && task.take(core::RenderTask::Process::kOther));
       task.run(*slice);
     }
   }

@@ -62,7 +62,7 @@ Film lent_film(
   while (!task.finished()) {
     std::vector<SliceWork> given;
     while (given.size() < 3) {
-      const auto slice = task.take(core::RenderTask::Place::kElsewhere);
+      const auto slice = task.take(core::RenderTask::Process::kOther);
       if (!slice) {
         break;
       }
@@ -188,7 +188,7 @@ TEST(SliceWork, DoesNotSendAPrepassForAllSamples) {
   QuietSink sink;
   core::RenderTask task(renderer_of(view), film, samples(2), sink);
   EXPECT_FALSE(task.can_lend());
-  EXPECT_FALSE(task.take(core::RenderTask::Place::kElsewhere));
+  EXPECT_FALSE(task.take(core::RenderTask::Process::kOther));
   core::run_to_end(task, 1);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
   EXPECT_TRUE(core::RenderTask(renderer_of(small_view()),

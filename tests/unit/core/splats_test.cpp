@@ -267,7 +267,7 @@ TEST(LightPaths, RevisionsIncreaseForEveryTileAtTheEndOfAPass) {
     least = std::min(least, film->tile_revision(t));
   }
   EXPECT_GT(least, film->revision() - static_cast<std::uint32_t>(film->tile_count()));
-  EXPECT_TRUE(film->settle_splats().empty());
+  EXPECT_TRUE(film->publish_splats().empty());
   EXPECT_TRUE(std::isfinite(core::ErrorEstimate(*film).image(0.95).relative));
 }
 

@@ -20,7 +20,7 @@ TEST(BestSplitCount, IsNearTheRealOptimum) {
   for (const double ratio : {0.25, 1.0, 4.0, 9.0, 30.0}) {
     for (const double cost : {0.5, 1.0, 3.0}) {
       const core::SplitCosts costs = {
-          .way_variance = 1, .branch_variance = ratio, .way_rays = 1, .branch_rays = cost};
+          .prefix_variance = 1, .branch_variance = ratio, .prefix_rays = 1, .branch_rays = cost};
       const double optimum = std::sqrt(ratio / cost);
       EXPECT_NEAR(core::best_split_count(costs), std::max(optimum, 1.0), 1) << ratio << " " << cost;
     }
@@ -91,7 +91,7 @@ TEST(MeasureSplit, IsIndependentOfExposure) {
     const core::SplitCosts costs =
         *core::measure_split(*camera, Product(0.2F, 0.6F, 4, exposure), settings);
     // Powers of two: equal up to the rounding of sums.
-    EXPECT_NEAR(costs.way_variance, usual.way_variance, 1e-9 * usual.way_variance);
+    EXPECT_NEAR(costs.prefix_variance, usual.prefix_variance, 1e-9 * usual.prefix_variance);
     EXPECT_NEAR(costs.branch_variance, usual.branch_variance, 1e-9 * usual.branch_variance);
   }
 }

@@ -47,11 +47,11 @@ TEST(JobBook, OrdersTheQueueByClassPriorityAndAge) {
   book.enqueue(preview, {.rank = {.is_preview = true, .priority = -5}});
   EXPECT_EQ(book.position(*preview), 0);
   EXPECT_EQ(book.position(*fresh), 3);
-  std::vector<std::shared_ptr<JobBook::Place>> places;
+  std::vector<std::shared_ptr<JobBook::Slot>> slots;
   for (const auto& next : {preview, urgent, old, fresh}) {
-    places.push_back(book.admit());
-    ASSERT_NE(places.back(), nullptr);
-    EXPECT_EQ(places.back()->job(), next);
+    slots.push_back(book.admit());
+    ASSERT_NE(slots.back(), nullptr);
+    EXPECT_EQ(slots.back()->job(), next);
   }
   EXPECT_EQ(book.admit(), nullptr);
 }
@@ -95,11 +95,11 @@ TEST(JobBook, TenantsAlternateWithinARank) {
 
 TEST(JobBook, SlotsBeyondTheLimitEndAtTwiceTheLimit) {
   JobBook book(BookLimits{.running_max = 2}, unlimited());
-  std::vector<std::shared_ptr<JobBook::Place>> places;
+  std::vector<std::shared_ptr<JobBook::Slot>> slots;
   for (int i = 1; i <= 6; ++i) {
     book.enqueue(made_job(i, false, "tenant " + std::to_string(i)), {});
-    places.push_back(book.admit());
-    EXPECT_EQ(places.back() != nullptr, i <= 4) << i;
+    slots.push_back(book.admit());
+    EXPECT_EQ(slots.back() != nullptr, i <= 4) << i;
   }
 }
 
@@ -107,10 +107,10 @@ TEST(JobBook, RunsNoMoreJobsThanSlots) {
   JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
   book.enqueue(made_job(2), {});
-  auto place = book.admit();
-  ASSERT_NE(place, nullptr);
+  auto slot = book.admit();
+  ASSERT_NE(slot, nullptr);
   EXPECT_EQ(book.admit(), nullptr);
-  place.reset();
+  slot.reset();
   EXPECT_NE(book.admit(), nullptr);
 }
 
@@ -129,8 +129,8 @@ TEST(JobBook, HigherPriorityNeedNotWaitForALowerOneToEnd) {
 TEST(JobBook, PreviewsNeedNoSlot) {
   JobBook book(BookLimits{.running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
-  const auto place = book.admit();
-  ASSERT_NE(place, nullptr);
+  const auto slot = book.admit();
+  ASSERT_NE(slot, nullptr);
   book.enqueue(made_job(2, true), {.rank = {.is_preview = true}});
   EXPECT_NE(book.admit(), nullptr);
 }
@@ -148,8 +148,8 @@ TEST(JobBook, FullQueueReportsItsLengthAndARemedy) {
 TEST(JobBook, FullQueueHasNoRoom) {
   JobBook book(BookLimits{.queue_max = 2, .running_max = 1}, unlimited());
   book.enqueue(made_job(1), {});
-  const auto place = book.admit();
-  ASSERT_NE(place, nullptr);
+  const auto slot = book.admit();
+  ASSERT_NE(slot, nullptr);
   EXPECT_TRUE(book.has_room({}));
   const auto second = made_job(2);
   book.enqueue(second, {});
@@ -196,7 +196,7 @@ TEST(JobBook, ReusedIdIsAnotherJob) {
   const auto fresh = made_job(1);
   book.add(old);
   book.enqueue(old, {});
-  auto place = book.admit();
+  auto slot = book.admit();
   book.forget(*old);
   book.add(fresh);
   book.enqueue(fresh, {});
@@ -206,7 +206,7 @@ TEST(JobBook, ReusedIdIsAnotherJob) {
   EXPECT_EQ(book.find("job1"), fresh);
   EXPECT_EQ(book.position(*fresh), 0);
   EXPECT_EQ(book.holders(), std::vector<JobPointer>{old});
-  place.reset();
+  slot.reset();
   EXPECT_TRUE(book.holders().empty());
 }
 
@@ -214,9 +214,9 @@ TEST(JobBook, ReturningASlotCallsOnLeave) {
   int left = 0;
   JobBook book(BookLimits{.running_max = 1}, unlimited(), [&left] { ++left; });
   book.enqueue(made_job(1), {});
-  auto place = book.admit();
+  auto slot = book.admit();
   EXPECT_EQ(left, 0);
-  place.reset();
+  slot.reset();
   EXPECT_EQ(left, 1);
 }
 
@@ -262,23 +262,23 @@ class JobBookMemory : public testing::Test {
     book.enqueue(jobs_[number], {.rank = rank, .memory = needed});
   }
   bool admit(JobBook& book) {
-    auto place = book.admit();
-    if (!place) {
+    auto slot = book.admit();
+    if (!slot) {
       return false;
     }
-    const JobPointer job = place->job();
-    places_[job->sequence()] = std::move(place);
+    const JobPointer job = slot->job();
+    slots_[job->sequence()] = std::move(slot);
     return true;
   }
   const Job& job(int number) { return *jobs_.at(number); }
   const JobPointer& pointer(int number) { return jobs_.at(number); }
-  void leave(int number) { places_.erase(number); }
+  void leave(int number) { slots_.erase(number); }
 
  private:
   std::optional<server::MemoryGate> memory_;
   std::optional<JobBook> book_;
   std::map<int, JobPointer> jobs_;
-  std::map<std::int64_t, std::shared_ptr<JobBook::Place>> places_;
+  std::map<std::int64_t, std::shared_ptr<JobBook::Slot>> slots_;
 };
 
 TEST_F(JobBookMemory, JobsWaitForMemory) {

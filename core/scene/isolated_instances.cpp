@@ -1,12 +1,12 @@
 #include "core/scene/isolated_instances.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
 
 #include "core/math/bounds.h"
+#include "core/math/stretch.h"
 
 namespace core {
 namespace {
@@ -106,10 +106,7 @@ std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
       add_corners(bounds[placed.mesh], to_world, boxes[i]);
       edge = std::max(edge, longest[placed.mesh]);
     }
-    // The Frobenius norm, which bounds the largest stretch, also of a shear.
-    const float stretch = std::sqrt(dot(to_world.x, to_world.x) + dot(to_world.y, to_world.y) +
-                                    dot(to_world.z, to_world.z));
-    const float margin = edges * edge * stretch;
+    const float margin = edges * edge * stretch_bound(to_world);
     boxes[i].min = boxes[i].min - Vec3{margin, margin, margin};
     boxes[i].max = boxes[i].max + Vec3{margin, margin, margin};
   }

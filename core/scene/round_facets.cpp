@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/math/offset_ray.h"
+#include "core/math/stretch.h"
 #include "core/scene/isolated_instances.h"
 
 namespace core {
@@ -146,7 +147,7 @@ class RoundFacets {
       return 0;
     }
     const Transform& m = place.instance->to_world;
-    const float scale = std::sqrt(dot(m.x, m.x) + dot(m.y, m.y) + dot(m.z, m.z));
+    const float scale = stretch_bound(m);
     return scale > 0 ? length(m.t) / scale : 0;
   }
 

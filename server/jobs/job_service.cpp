@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
+#include "api/answers/film_view.h"
+#include "api/json/error_codes.h"
 #include "api/json/errors.h"
 #include "core/base/cgroup.h"
 #include "server/jobs/work_board.h"
@@ -31,6 +34,35 @@ constexpr double kForgetSeconds = 1;
 constexpr double kWriteBackSeconds = 10;
 constexpr int kForgottenAtATime = 64;
 
+/// Updates the warnings after the spec has changed from `before`: removes those that no longer
+/// apply, and adds `more`.
+void update_warnings(api::JobView& view, const api::JobSpec& before,
+                     const std::vector<std::string>& more) {
+  const auto about = [](const api::JobSpec& spec) {
+    std::vector<std::string> warnings = api::adaptive_warnings(spec);
+    for (std::string& warning : api::idle_warnings(spec)) {
+      warnings.push_back(std::move(warning));
+    }
+    return warnings;
+  };
+  const auto holds = [](const std::vector<std::string>& list, const std::string& warning) {
+    return std::find(list.begin(), list.end(), warning) != list.end();
+  };
+  const std::vector<std::string> old = about(before);
+  std::vector<std::string> now = about(view.spec);
+  now.insert(now.end(), more.begin(), more.end());
+  const bool is_same_count = before.stop.samples_per_pixel == view.spec.stop.samples_per_pixel;
+  std::erase_if(view.warnings, [&](const std::string& warning) {
+    return !holds(now, warning) &&
+           (holds(old, warning) || (!is_same_count && warning.starts_with(api::kSamplesWarning)));
+  });
+  for (const std::string& warning : now) {
+    if (!holds(view.warnings, warning)) {
+      view.warnings.push_back(warning);
+    }
+  }
+}
+
 int threads_or_machine(int threads) { return threads > 0 ? threads : core::usable_threads(); }
 
 }  // namespace
@@ -54,6 +86,9 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
       scheduler_(threads_or_machine(options.threads)),
       life_({data_, quota_, log_, parts.metrics, book_, journal_, films_, builder_, scheduler_},
             options.checkpoint_seconds),
+      submissions_(
+          {table_, scenes_, log_, quota_, book_, journal_, index_, films_, builder_, life_},
+          {options.retention.seconds, options.quota_jobs}),
       upkeep_([this](const std::stop_token& stop) { upkeep(stop); }) {
   memory_.add_reclaimer([this] { return films_.drop_unused() || book_.forget_oldest_preview(); });
   if (options_.queue) {
@@ -75,7 +110,7 @@ Status JobService::resume() {
   if (!last) {
     return last.error();
   }
-  last_sequence_ = *last;
+  submissions_.resume(*last);
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
   }
@@ -126,40 +161,6 @@ void JobService::stop() {
   life_.finish_stop();
 }
 
-api::Parsed<JobService::Checked> JobService::check(api::ParsedJob request, const Access& access) {
-  auto facts = scenes_.facts(request.spec.scene, access);
-  if (!facts) {
-    Error error = facts.error();
-    error.where = "/scene";
-    return api::from_error(error);
-  }
-  if (auto faults = faults_against_scene(request.spec, *facts); !faults.empty()) {
-    return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
-  }
-  if (request.spec.environment_asset) {
-    if (const auto usable = scenes_.check_environment(*request.spec.environment_asset, access);
-        !usable) {
-      return api::from_error(usable.error());
-    }
-  }
-  if (auto warning = api::settle_environment(request.spec, *facts)) {
-    request.warnings.push_back(std::move(*warning));
-  }
-  const double kept = options_.retention.seconds;
-  if (kept > 0 && request.spec.retention_seconds.value_or(0) > kept) {
-    request.warnings.push_back("This server deletes jobs " +
-                               std::to_string(static_cast<std::int64_t>(kept)) +
-                               " seconds after they have ended.");
-  }
-  const std::vector<std::string> more = api::adaptive_warnings(request.spec);
-  request.warnings.insert(request.warnings.end(), more.begin(), more.end());
-  Admission admission = builder_.admission_of(request.spec);
-  if (auto fault = builder_.too_large(request.spec, admission.memory)) {
-    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
-  }
-  return Checked{.job = std::move(request), .admission = std::move(admission)};
-}
-
 void JobService::upkeep(const std::stop_token& stop) {
   core::Mutex mutex;
   core::CondVar never;
@@ -177,7 +178,7 @@ void JobService::upkeep(const std::stop_token& stop) {
     if (book_.waits_for_memory()) {
       life_.admit();  // A request may have released memory.
     }
-    life_.save_due(stop);
+    life_.checkpoints().save_due(stop);
     if (seconds_since(forgot) > kForgetSeconds) {
       forgot = Clock::now();
       forget_expired();
@@ -262,16 +263,6 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec, const 
   return cost;
 }
 
-std::optional<Error> JobService::refused_work() const {
-  if (!life_.is_stopping() && !life_.is_draining()) {
-    return std::nullopt;
-  }
-  return Error{ErrorCode::kUnavailable,
-               life_.is_stopping() ? "the server is stopping"
-                                   : "the server is draining and accepts no new jobs",
-               ""};
-}
-
 api::DrainView JobService::drain() const {
   return {.draining = life_.is_draining(),
           .running = book_.running_count(),
@@ -283,6 +274,261 @@ core::Result<core::View> JobService::scene_view(const Job& job) const {
     return run->task().renderer().view();
   }
   return builder_.view(job.record().view.spec, {});
+}
+
+Verdict JobService::check_stop(const core::StopRules& stop, const std::string& scene) const {
+  if (!stop.light_not_found) {
+    return {};  // No other rule depends on the scene.
+  }
+  const auto facts = scenes_.facts(scene, Access::operators());
+  if (!facts) {
+    return facts.error();
+  }
+  if (auto faults = stop_faults_against_scene(stop, *facts); !faults.empty()) {
+    return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
+  }
+  return {};
+}
+
+Verdict JobService::apply_patch(JobRecord& record, const Job& job,
+                                const api::JobPatch& patch) const {
+  api::JobView& view = record.view;
+  const std::string state(api::to_text(view.state));
+  if (api::is_final(view.state) && patch.stop_named) {
+    return Error{ErrorCode::kConflict, "the job is " + state + "; use extend to continue it",
+                 "/stop"};
+  }
+  if (api::is_final(view.state) && patch.paused.value_or(false)) {
+    return Error{ErrorCode::kConflict, "the job is " + state + " and cannot be paused", "/paused"};
+  }
+  if (patch.stop_named) {
+    if (Verdict fits = check_stop(patch.spec.stop, patch.spec.scene); !fits) {
+      return fits;
+    }
+  }
+  const api::JobSpec before = view.spec;
+  if (!api::same_spec(before, patch.spec)) {
+    view.spec = patch.spec;
+    ++view.spec_version;
+  }
+  update_warnings(view, before, patch.warnings);
+  if (patch.paused && !api::is_final(view.state)) {
+    const auto run = job.run();
+    if (*patch.paused) {
+      view.state = JobState::kPaused;
+      view.pause_reason = api::PauseReason::kRequested;
+    } else if (run && run->has_left_end()) {
+      view.pause_reason = api::PauseReason::kStorageFull;
+    } else if (view.pause_reason == api::PauseReason::kRequested) {
+      view.state = run ? JobState::kRendering : JobState::kQueued;
+      view.pause_reason = api::PauseReason::kNone;
+    }
+    if (run) {
+      view.progress = run->task().progress();
+    }
+  }
+  return {};
+}
+
+Verdict JobService::patch(const JobPointer& job, std::string_view body,
+                          const std::optional<std::vector<std::uint32_t>>& if_versions,
+                          const Access& access) {
+  JobRecord before;
+  const Verdict changed = journal_.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        before = record;
+        if (if_versions && std::find(if_versions->begin(), if_versions->end(),
+                                     record.view.spec_version) == if_versions->end()) {
+          return Error{api::kPreconditionFailed,
+                       "the spec has changed: its version is " +
+                           std::to_string(record.view.spec_version) +
+                           " now, which does not match If-Match",
+                       ""};
+        }
+        auto parsed = api::parse_job_patch(body, record.view.spec);
+        if (!parsed) {
+          return parsed.problem();
+        }
+        if (parsed->spec.priority != before.view.spec.priority) {
+          if (Verdict allowed = priority_allowed(parsed->spec.priority, access); !allowed) {
+            return allowed;
+          }
+        }
+        return apply_patch(record, *job, *parsed);
+      },
+      {.unstored = Journal::Unstored::kRefused, .before_publishing = [&](const JobRecord& after) {
+         life_.follow_patch(job, before, after);
+       }});
+  if (changed) {
+    life_.admit();
+  }
+  return changed;
+}
+
+Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& modify) {
+  if (const auto refused = submissions_.refused_work()) {
+    return *refused;
+  }
+  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  const api::JobView view = job->record().view;
+  if (!scenes_.facts(view.spec.scene, Access::operators())) {
+    return api::make_problem(ErrorCode::kConflict, "the job's scene no longer exists");
+  }
+  const auto& environment = view.spec.environment_asset;
+  if (environment && !scenes_.check_environment(*environment, Access::operators())) {
+    return api::make_problem(ErrorCode::kConflict, "the job's environment no longer exists");
+  }
+  const Admission admission = builder_.admission_of(view.spec);
+  if (!book_.has_room(admission)) {
+    return api::make_problem(api::kTooManyRequests, book_.full_text(admission.rank));
+  }
+  const auto counted = submissions_.take_quota(job->tenant());
+  if (!counted) {
+    return counted.problem();
+  }
+  JobState before = JobState::kQueued;
+  const auto queue = [&](JobRecord& record) -> Verdict {
+    before = record.view.state;
+    if (auto modified = modify(record); !modified) {
+      return modified;
+    }
+    record.view.state = JobState::kQueued;
+    record.view.stop_reason = core::StopReason::kNone;
+    record.view.finished_at_unix_seconds.reset();
+    record.view.film_digest.clear();
+    record.view.progress.fraction = 0;
+    return {};
+  };
+  const Verdict changed =
+      journal_.change(*job, queue, {.before_publishing = [&](const JobRecord& after) {
+        life_.follow_state(job, before, after);
+      }});
+  if (changed) {
+    life_.admit();
+  }
+  return changed;
+}
+
+Verdict JobService::extend(const JobPointer& job, std::string_view body) {
+  if (job->state() == JobState::kFinished) {
+    // Reads the film before accepting: a damaged film must not be rendered again silently.
+    if (const auto whole = films_.stored(*job); !whole && whole.error().code == api::kGone) {
+      return api::make_problem(ErrorCode::kConflict, whole.error().message);
+    }
+  }
+  return queue_again(job, [&](JobRecord& record) -> Verdict {
+    api::JobView& view = record.view;
+    auto parsed = api::parse_extend(body, view.spec);
+    if (!parsed) {
+      return parsed.problem();
+    }
+    if (view.state != JobState::kFinished) {
+      return Error{ErrorCode::kConflict,
+                   "the job is " + std::string(api::to_text(view.state)) +
+                       "; only a finished one can be extended",
+                   ""};
+    }
+    if (!view.ledger.empty()) {
+      return Error{ErrorCode::kConflict,
+                   "the film was merged from samples that no single job can continue: " +
+                       api::ledger_words(view.ledger),
+                   ""};
+    }
+    if (record.film != FilmPlace::kOnDisk) {
+      return Error{ErrorCode::kConflict, "the job's film no longer exists", ""};
+    }
+    if (Verdict fits = check_stop(parsed->stop, view.spec.scene); !fits) {
+      return fits;
+    }
+    const auto& samples = parsed->stop.samples_per_pixel;
+    // The mean has a fractional part while an adaptive epoch is under way.
+    const auto there = std::llround(view.progress.samples_mean);
+    if (samples && *samples <= there) {
+      return Error{ErrorCode::kInvalidArgument,
+                   std::to_string(*samples) + " is not more than the " + std::to_string(there) +
+                       " that exist",
+                   "/stop/samples_per_pixel"};
+    }
+    const api::JobSpec before = view.spec;
+    view.spec.stop = parsed->stop;
+    ++view.spec_version;
+    update_warnings(view, before, parsed->warnings);
+    return {};
+  });
+}
+
+Verdict JobService::retry(const JobPointer& job) {
+  return queue_again(job, [](JobRecord& record) -> Verdict {
+    api::JobView& view = record.view;
+    if (view.state != JobState::kFailed) {
+      return Error{ErrorCode::kConflict,
+                   "the job is " + std::string(api::to_text(view.state)) +
+                       "; only a failed one can be retried",
+                   ""};
+    }
+    if (record.film != FilmPlace::kOnDisk) {
+      record.film =
+          FilmPlace::kNone;  // Also for an evicted film: the job starts from the beginning.
+      const std::uint32_t revision = view.progress.revision;
+      view.progress = api::JobView::nothing_rendered();
+      view.progress.revision = revision;
+    }
+    record.failure.reset();
+    view.failure.reset();
+    return {};
+  });
+}
+
+Verdict JobService::remove(const std::string& id, const Access& access) {
+  const auto job = find(id, access);
+  if (job) {
+    return remove(*job);
+  }
+  // If there is a row that is no record, nothing works on the job.
+  const auto row = table_.find(id);
+  if (job.error().code != ErrorCode::kInternal || !row || !*row || !access.sees((*row)->tenant)) {
+    return job.error();
+  }
+  if (const Status removed = remove_record(id); !removed) {
+    return removed.error();
+  }
+  return {};
+}
+
+Status JobService::remove_record(const std::string& id) {
+  Status removed = table_.remove(id);
+  if (!removed && removed.error().code == ErrorCode::kNoSpace && remove_file(data_.film_path(id))) {
+    removed = table_.remove(id);  // The record reuses the disk space that the film occupied.
+  }
+  if (removed) {
+    films_.remove_loose(id);
+  }
+  return removed;
+}
+
+Verdict JobService::remove(const JobPointer& job) {
+  const core::MutexLock changing(job->change_mutex());
+  if (job->is_removed()) {
+    return Error{ErrorCode::kNotFound, "the job was deleted", ""};
+  }
+  const JobState state = job->state();
+  if (!api::is_final(state)) {
+    return Error{ErrorCode::kConflict,
+                 "the job is " + std::string(api::to_text(state)) + "; cancel it first", ""};
+  }
+  // Before the record goes: a job that lists lack is not found either. Removing its film takes
+  // long.
+  job->set_removed();
+  if (!job->memory_only()) {
+    if (const Status removed = remove_record(job->id()); !removed) {
+      job->set_removed(false);
+      return removed.error();
+    }
+  }
+  book_.forget(*job);
+  films_.drop(*job);
+  return {};
 }
 
 }  // namespace server

@@ -1,8 +1,9 @@
 /// JobService: jobs from submission to deletion, as the routes use them.
 ///
 /// Its parts, each with its own header: Journal (changes, commits, publishes), JobIndex (finds and
-/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (inputs of a job), LifeCycle (queue
-/// to end). This class decides what clients may ask for.
+/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (inputs of a job), Submissions
+/// (checks new jobs and stores them), LifeCycle (queue to end). This class decides what clients may
+/// change.
 #pragma once
 
 #include <atomic>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "api/answers/server_view.h"
@@ -26,6 +28,7 @@
 #include "server/jobs/life_cycle.h"
 #include "server/jobs/pilot.h"
 #include "server/jobs/run_builder.h"
+#include "server/jobs/submissions.h"
 #include "server/jobs/verdict.h"
 #include "server/store/storage_quota.h"
 #include "server/workers/work_options.h"
@@ -37,12 +40,6 @@ class NatsLink;
 namespace server {
 
 class WorkBoard;
-
-/// Lifetime of an idempotency key.
-inline constexpr double kKeySeconds = 24 * 3600;
-
-/// Refused if the key does not allow this priority.
-Verdict priority_allowed(int priority, const Access& access);
 
 struct JobServiceOptions {
   int threads = 1;
@@ -94,47 +91,28 @@ class JobService {
   void set_draining(bool is_draining) { life_.set_draining(is_draining); }
   api::DrainView drain() const;
 
-  struct Checked {
-    api::ParsedJob job;
-    Admission admission;
-  };
-  /// Checks the request against the scene and the assets that `access` sees, as dry_run and
-  /// submit() do, and resolves settings that depend on the scene. Problems: 404 scene, 422.
-  api::Parsed<Checked> check(api::ParsedJob request, const Access& access);
-
-  /// Origin of a submission.
-  struct Submission {
-    Access access = {};    ///< The submitter; the job belongs to its tenant.
-    std::string key = {};  ///< Idempotency-Key, separate for each tenant; empty: none.
-    std::string body_hash = {};
-    std::string id = {};  ///< The client's own UUID; empty: a new one.
-    /// The key is the hash of the whole request, not the client's: a job of the same request is
-    /// returned while it is active or has its film, and made again otherwise.
-    bool is_by_content = false;
-    /// Then also a job that has failed less than this long ago, so that a request that always fails
-    /// does not make a job each time.
-    double failed_seconds = 0;
-  };
-  struct Submitted {
-    JobPointer job;
-    bool is_replay = false;
-  };
-  /// Problems: of check(); 404 an id of another tenant; 409 key or id with another body; 429 queue
-  /// or quota full; 503 stopping; 507 disk full, or at /film more than the tenant's quota.
-  api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission);
-  /// Returns the job that submit() would return in place of a new one; null: none.
-  core::Result<JobPointer> find_equal(const Submission& submission);
-
-  /// Jobs of a batch: all are stored or none.
-  struct Together {
-    Access access = {};
-    std::optional<IdempotencyRow> key = {};
-    /// Writes the batch, given the jobs' sequences, in the transaction that inserts the jobs.
-    std::function<core::Status(Database::Session&, const std::vector<std::int64_t>&)> beside;
-  };
-  /// Problems: of submit().
+  using Checked = Submissions::Checked;
+  using Submission = Submissions::Submission;
+  using Submitted = Submissions::Submitted;
+  using Together = Submissions::Together;
+  using FinishedFilm = Submissions::FinishedFilm;
+  // As the functions of Submissions.
+  api::Parsed<Checked> check(api::ParsedJob request, const Access& access) {
+    return submissions_.check(std::move(request), access);
+  }
+  api::Parsed<Submitted> submit(api::ParsedJob request, const Submission& submission) {
+    return submissions_.submit(std::move(request), submission);
+  }
+  core::Result<JobPointer> find_equal(const Submission& submission) {
+    return submissions_.find_equal(submission);
+  }
   api::Parsed<std::vector<JobPointer>> submit_together(std::vector<api::ParsedJob> requests,
-                                                       const Together& together);
+                                                       const Together& together) {
+    return submissions_.submit_together(std::move(requests), together);
+  }
+  core::Result<JobPointer> add_finished(FinishedFilm finished) {
+    return submissions_.add_finished(std::move(finished));
+  }
 
   /// Estimates the cost of a job from a pilot rendered between other jobs' slices; waits at most
   /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice;
@@ -156,22 +134,6 @@ class JobService {
   Verdict remove(const JobPointer& job);
   /// Also removes a job whose record is damaged, so that it cannot be found. Refused: also 404.
   Verdict remove(const std::string& id, const Access& access);
-
-  /// An imported film that becomes a finished job. spec: with the film's geometry; ledger: as in
-  /// JobView.
-  struct FinishedFilm {
-    api::JobSpec spec;
-    std::shared_ptr<const core::Film> film;
-    core::SampleLedger ledger;
-    core::StopReason stop_reason = core::StopReason::kSamples;
-    double elapsed_seconds = 0;
-    std::string build;       ///< JSON text
-    std::string arithmetic;  ///< core::arithmetic_class() of the films; empty: unknown
-    std::vector<std::string> warnings;
-    std::string tenant;
-  };
-  /// Errors: kUnavailable when stopping, kOverQuota, kNoSpace, kInternal.
-  core::Result<JobPointer> add_finished(FinishedFilm finished);
 
   JobIndex& index() { return index_; }
   const JobIndex& index() const { return index_; }
@@ -201,7 +163,7 @@ class JobService {
   Counts counts() const;
   /// Returns the number of jobs that the server paused until the disk has space.
   int jobs_without_room() const;
-  bool any_job() const { return last_sequence_ > 0; }
+  bool any_job() const { return submissions_.any(); }
   int threads() const { return scheduler_.threads(); }
   /// Null without a queue.
   WorkBoard* board() { return board_.get(); }
@@ -209,19 +171,6 @@ class JobService {
  private:
   /// Removes the record, its events and its film.
   core::Status remove_record(const std::string& id);
-  /// Returns the reason why new work is refused; empty if it is accepted.
-  std::optional<core::Error> refused_work() const;
-  core::Result<JobPointer> insert(api::ParsedJob request, const Submission& submission,
-                                  std::uint64_t film_file_bytes);
-  core::Result<JobPointer> find_replay(const Submission& submission);
-  core::Result<JobPointer> find_own_id(const Submission& submission);
-  /// Locks the count of the tenant's unfinished jobs until the new jobs are added, or returns why
-  /// the quota does not allow them.
-  api::Parsed<std::unique_lock<core::Mutex>> take_quota(const std::string& tenant, int jobs = 1);
-  core::Result<std::vector<JobPointer>> insert_together(std::vector<Checked>& requests,
-                                                        const Together& together);
-  /// Cancels earlier previews with the same key as `by`.
-  void supersede(const std::string& preview_key, const Job& by, const Access& access);
   /// Returns errors for new rules of a job that have no meaning with its scene.
   Verdict check_stop(const core::StopRules& stop, const std::string& scene) const;
   Verdict apply_patch(JobRecord& record, const Job& job, const api::JobPatch& patch) const;
@@ -239,11 +188,6 @@ class JobService {
   MemoryGate& memory_;
   const JobServiceOptions options_;
   Turns pilots_;
-  std::atomic<std::int64_t> last_sequence_ = 0;
-  ///< Held during a submission with a key, so that two requests with one key create one job.
-  core::Mutex keyed_mutex_;
-  core::Mutex
-      quota_mutex_;  ///< Held from counting a tenant's jobs to adding one. After keyed_mutex_.
   JobBook book_;
   Journal journal_;
   JobIndex index_;
@@ -252,6 +196,7 @@ class JobService {
   LocalThreads local_;
   Scheduler scheduler_;
   LifeCycle life_;
+  Submissions submissions_;
   std::unique_ptr<WorkBoard> board_;
   std::jthread upkeep_;
 };

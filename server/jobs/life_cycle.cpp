@@ -8,6 +8,8 @@
 #include "core/layers/exposure.h"
 #include "core/render/task/render_task.h"
 #include "server/observe/clock.h"
+#include "server/store/files.h"
+#include "server/store/film_file.h"
 
 namespace server {
 
@@ -31,7 +33,10 @@ Error already_final() {
 
 LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds)
     : parts_(parts),
-      checkpoint_seconds_(checkpoint_seconds),
+      checkpoints_({parts.quota, parts.log, parts.metrics, parts.book, parts.journal},
+                   checkpoint_seconds,
+                   // Only an ended job is not paused.
+                   [this](const JobPointer& job) { pause_for_room(job, nullptr); }),
       loaders_(kLoaders, kLoadersOfTenant, Background::Priority::kOfRendering),
       preview_loaders_(kLoaders / kLoadersOfTenant, 1, Background::Priority::kOfRendering),
       savers_(kSavers, kSavers, Background::Priority::kNormal) {}
@@ -54,7 +59,7 @@ void LifeCycle::finish_stop() {
   for (const JobPointer& job : parts_.book.holders()) {
     const auto run = job->run();
     if (run && !api::is_final(job->state())) {
-      checkpoint(job);
+      checkpoints_.save_now(job);
     }
     if (run) {
       parts_.scheduler.remove(*run);
@@ -179,7 +184,7 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
                        core::StopReason reason) {
   parts_.scheduler.remove(*run);
   // Saves first, so that a job reported as finished still has its film after a power failure.
-  if (const Status saved = save(*run, *job, true); !saved) {
+  if (const Status saved = checkpoints_.save(*run, *job, true); !saved) {
     end_unstored(job, run, saved.error());
     return;
   }
@@ -235,7 +240,7 @@ void LifeCycle::save_cancelled(const JobPointer& job, const std::shared_ptr<Rend
     release(job);
     return;
   }
-  const Status saved = save(*run, *job, true);
+  const Status saved = checkpoints_.save(*run, *job, true);
   if (!saved) {
     parts_.log.write(LogLevel::kError, "film_not_saved",
                      {{"job", job->id()}, {"detail", saved.error().message}});
@@ -402,6 +407,163 @@ void LifeCycle::follow_patch(const JobPointer& job, const JobRecord& before,
     parts_.scheduler.set_rank(*run, rank);
   }
   follow_state(job, before.view.state, after);
+}
+
+bool LifeCycle::pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended) {
+  if (ended) {
+    ended->leave_end();
+  }
+  if (job->state() == JobState::kPaused) {
+    return true;
+  }
+  JobState before = JobState::kPaused;
+  const Verdict paused = parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        before = record.view.state;
+        if (api::is_final(before)) {
+          return already_final();
+        }
+        if (before != JobState::kPaused) {
+          record.view.state = JobState::kPaused;
+          record.view.pause_reason = api::PauseReason::kStorageFull;
+        }
+        if (const auto run = job->run()) {
+          record.view.progress = run->task().progress();
+        }
+        return {};
+      },
+      {.unstored = Journal::Unstored::kInMemory,
+       .before_publishing = [&](const JobRecord& after) { follow_state(job, before, after); }});
+  // A concurrent cancel() may have taken the end of the run.
+  return paused || (ended && !ended->take_end());
+}
+
+void LifeCycle::go_on_with_room() {
+  if (!parts_.quota.has_disk_room()) {
+    return;
+  }
+  const auto has_room = [this](const RenderRun& run) {
+    const auto space = disk_space(parts_.data.path());
+    return !space || space->free_bytes + run.file_bytes() >= FilmFile::disk_bytes_max(*run.film());
+  };
+  for (const JobPointer& job : parts_.book.all()) {
+    if (!job->waits_for_disk()) {
+      continue;
+    }
+    const auto run = job->run();
+    if (run && !has_room(*run)) {
+      continue;
+    }
+    if (run && run->take_end()) {
+      end_run(job, run);
+      continue;
+    }
+    if (run ? !run->save(false) : !parts_.films.open_film_file(*job)) {
+      continue;
+    }
+    // Otherwise the job was cancelled or paused in the meantime.
+    static_cast<void>(parts_.journal.change(
+        *job,
+        [&](JobRecord& record) -> Verdict {
+          if (record.view.pause_reason != api::PauseReason::kStorageFull || job->run() != run) {
+            return already_final();
+          }
+          record.view.state = run ? JobState::kRendering : JobState::kQueued;
+          record.view.pause_reason = api::PauseReason::kNone;
+          return {};
+        },
+        {.before_publishing = [&](const JobRecord& after) {
+          follow_state(job, JobState::kPaused, after);
+        }}));
+  }
+  admit();
+}
+
+void LifeCycle::begin_again(const JobPointer& job) {
+  savers_.post([this, job] {
+    JobState before = JobState::kQueued;
+    std::shared_ptr<RenderRun> run;
+    const auto modify = [&](JobRecord& record) -> Verdict {
+      before = record.view.state;
+      if (api::is_final(before)) {
+        record.view.warnings.emplace_back(
+            "A worker that rendered parts of the image without a check by a second one returned "
+            "wrong results later. Render the job again.");
+        return {};
+      }
+      record.view.warnings.emplace_back(
+          "A worker whose samples were in the film returned wrong results; the job is rendered "
+          "again from its beginning.");
+      const std::uint32_t revision = record.view.progress.revision;
+      record.view.progress = api::JobView::nothing_rendered();
+      record.view.progress.revision = revision;
+      record.view.state = before == JobState::kPaused ? before : JobState::kQueued;
+      record.film = FilmPlace::kNone;
+      record.film_bytes = 0;
+      return {};
+    };
+    const auto restart = [&](const JobRecord& after) {
+      if (api::is_final(before)) {
+        return;
+      }
+      job->stop_load();
+      if ((run = job->take_run())) {
+        parts_.scheduler.remove(*run);
+        run->leave();
+      }
+      parts_.films.drop(*job);
+      if (const Status removed = remove_file(parts_.data.film_path(job->id())); !removed) {
+        parts_.log.write(LogLevel::kError, "film_not_removed",
+                         {{"job", job->id()}, {"detail", removed.error().message}});
+      }
+      follow_state(job, before, after);
+    };
+    static_cast<void>(parts_.journal.change(
+        *job, modify, {.unstored = Journal::Unstored::kInMemory, .before_publishing = restart}));
+    if (run) {
+      count_work(*run);
+    }
+    admit();
+  });
+}
+
+void LifeCycle::park(const JobPointer& job) {
+  const auto run = job->run();
+  if (run) {
+    if (const Status saved = checkpoints_.save(*run, *job, false); !saved) {
+      parts_.log.write(LogLevel::kError, "film_not_saved",
+                       {{"job", job->id()}, {"detail", saved.error().message}});
+      parts_.book.keep(*job);  // Parking is retried when the next job asks for memory.
+      return;
+    }
+  }
+  const Verdict parked = parts_.journal.change(
+      *job,
+      [&](JobRecord& record) -> Verdict {
+        if (record.view.state != JobState::kPaused || job->run() != run) {
+          return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
+        }
+        if (run) {
+          record.view.progress = run->task().progress();
+        } else {
+          job->begin_load();  // Invalidates a load that is under way.
+        }
+        return {};
+      },
+      {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord&) {
+         job->set_run(nullptr);
+         if (run) {
+           run->leave();
+         }
+       }});
+  if (!parked) {
+    return;
+  }
+  if (run) {
+    count_work(*run);
+  }
+  parts_.log.write(LogLevel::kInfo, "job_parked", {{"job", job->id()}});
 }
 
 void LifeCycle::count_work(const RenderRun& run) {

@@ -1,18 +1,16 @@
-/// LifeCycle: takes a job from the queue through loading and rendering to its end, with pauses,
-/// parking and checkpoints.
+/// LifeCycle: takes a job from the queue through loading and rendering to its end, with pauses
+/// and parking.
 ///
 /// The scheduler's threads render, others load and save; no call here waits for a renderer, except
 /// cancel() for some milliseconds.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <string>
 
 #include "server/jobs/background.h"
+#include "server/jobs/checkpoints.h"
 #include "server/jobs/film_library.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/journal.h"
@@ -36,7 +34,7 @@ class LifeCycle final : private RenderRun::Owner {
     RunBuilder& builder;
     Scheduler& scheduler;
   };
-  /// checkpoint_seconds: from the end of one checkpoint to the end of the next.
+  /// checkpoint_seconds: as of Checkpoints.
   LifeCycle(Parts parts, double checkpoint_seconds);
 
   /// Starts queued jobs as slots and memory allow. Call it whenever these change.
@@ -62,8 +60,7 @@ class LifeCycle final : private RenderRun::Owner {
   /// has ended only gets the warning.
   void begin_again(const JobPointer& job);
 
-  /// Saves the films that are due.
-  void save_due(const std::stop_token& stop);
+  Checkpoints& checkpoints() { return checkpoints_; }
   /// Resumes jobs paused for lack of disk space if there is space now.
   void go_on_with_room();
 
@@ -98,20 +95,14 @@ class LifeCycle final : private RenderRun::Owner {
   /// stored, if any. Returns false when the job has ended otherwise; the caller then ends the
   /// run.
   bool pause_for_room(const JobPointer& job, const std::shared_ptr<RenderRun>& ended);
-  void checkpoint(const JobPointer& job);
-  /// Saves the film without using the disk reserve, which is kept for records. Errors: kNoSpace,
-  /// kInternal.
-  core::Status save(RenderRun& run, const Job& job, bool is_final) const;
   void count_work(const RenderRun& run);
 
   const Parts parts_;
-  const double checkpoint_seconds_;
+  Checkpoints checkpoints_;
   std::atomic<std::uint64_t> rays_done_ = 0;  ///< Rays of completed runs.
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> draining_ = false;
-  /// Time of each job's last save; used only by the thread that calls save_due().
-  std::map<std::string, std::chrono::steady_clock::time_point> saved_at_;
   Background loaders_;
   Background preview_loaders_;
   Background savers_;

@@ -6,9 +6,9 @@
 /// the last checkpoint, under other names. The broker only distributes the names of units, and may
 /// lose or repeat them.
 ///
-/// Who holds what and who is trusted is decided by LeaseTable; this class gives it the time, a
-/// lock, the films and the broker. A job fails for its workers only if a unit was lost by several
-/// of them that stopped to report while they rendered it.
+/// UnitPlanner makes the units; who holds what and who is trusted is decided by LeaseTable. This
+/// class gives them the time, a lock, the films and the broker. A job fails for its workers only if
+/// a unit was lost by several of them that stopped to report while they rendered it.
 #pragma once
 
 #include <atomic>
@@ -27,6 +27,7 @@
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/unit_planner.h"
 #include "server/observe/log.h"
 #include "server/queue/units.h"
 #include "server/workers/lease_table.h"
@@ -91,7 +92,7 @@ class WorkBoard {
   /// Wakes the board's thread.
   void wake() REQUIRES(mutex_);
 
-  // Body of the board's thread: work_planner.cpp.
+  // Body of the board's thread.
   void run(const std::stop_token& stop);
   void drop_ended();
   void note_waiting_jobs();
@@ -102,7 +103,6 @@ class WorkBoard {
   void render_hopeless();
   void take_unverified();
   void plan();
-  bool plan_one(int slots);
   void find_lost_messages();
   void note_queue_fault(const core::Error& fault);
   void publish();
@@ -115,15 +115,14 @@ class WorkBoard {
   Log& log_;
   const WorkOptions options_;
   const Calls calls_;
-  const std::string run_name_;             ///< Distinguishes units from those of other processes.
-  std::optional<std::uint64_t> prepared_;  ///< Generation of the link. This and the following
-                                           ///< members are used only by run().
+  // This and the following members are used only by run().
+  UnitPlanner planner_;
+  std::optional<std::uint64_t> prepared_;  ///< Generation of the link.
   std::string broker_fault_;
   Clock::time_point had_broker_at_ = Clock::now();
   Clock::time_point had_workers_at_ = Clock::now();
   Clock::time_point noted_at_;
   std::vector<std::weak_ptr<Job>> warned_;
-  std::uint64_t last_unit_ = 0;
   std::atomic<bool> has_broker_ = false;
   mutable core::Mutex mutex_;
   core::CondVar changed_;

@@ -266,9 +266,9 @@ void LeaseTable::refuse_result(const std::string& name, const std::string& worke
   }
 }
 
-core::Result<LeaseTable::Settled> LeaseTable::take_result(const std::string& name,
-                                                          const std::string& worker, Work work,
-                                                          std::size_t bytes, Time now) {
+core::Result<LeaseTable::Taken> LeaseTable::take_result(const std::string& name,
+                                                        const std::string& worker, Work work,
+                                                        std::size_t bytes, Time now) {
   const auto found = units_.find(name);
   if (found == units_.end()) {
     return not_open(name);
@@ -280,23 +280,23 @@ core::Result<LeaseTable::Settled> LeaseTable::take_result(const std::string& nam
   if (!unit.is_checked) {
     note_unverified(worker, unit.job);
     unit.is_busy = true;
-    return Settled{.work = std::move(work)};
+    return Taken{.work = std::move(work)};
   }
   WorkUnit::Result result = {worker, core::content_digest(work), std::move(work), now};
   if (!unit.first) {
     unit.first = std::move(result);
-    return Settled{};
+    return Taken{};
   }
   unit.is_busy = true;
   if (unit.first->digest == result.digest) {
     ++counts_.verified;
-    return Settled{.work = std::move(result.work)};
+    return Taken{.work = std::move(result.work)};
   }
   ++counts_.differing;
   log_.write(LogLevel::kError, "results_differ",
              {{"unit", name}, {"worker", unit.first->worker}, {"other_worker", worker}});
   unit.other = std::move(result);
-  return Settled{.work = std::nullopt, .is_disputed = true};
+  return Taken{.work = std::nullopt, .is_disputed = true};
 }
 
 void LeaseTable::note_result(WorkUnit& unit, const std::string& name, std::size_t bytes, Time now) {

@@ -97,14 +97,14 @@ class LeaseTable {
   /// The result is invalid.
   void refuse_result(const std::string& name, const std::string& worker, const std::string& reason,
                      Time now);
-  struct Settled {
+  struct Taken {
     std::optional<Work> work;  ///< To be added to the film, and then close(). Empty: the result
                                ///< waits for another worker's, or differs from it.
     bool is_disputed = false;  ///< The two results differ: the caller renders the unit.
   };
   /// Errors: kNotFound when the unit was removed meanwhile, by clear().
-  core::Result<Settled> take_result(const std::string& name, const std::string& worker, Work work,
-                                    std::size_t bytes, Time now);
+  core::Result<Taken> take_result(const std::string& name, const std::string& worker, Work work,
+                                  std::size_t bytes, Time now);
   /// Returns the unit to the table. fault: empty if there is none. Errors: as held().
   core::Status hand_back(const std::string& name, const Sender& sender, const std::string& fault,
                          Time now);

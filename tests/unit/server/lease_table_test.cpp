@@ -55,12 +55,12 @@ class LeaseTableTest : public testing::Test {
     work.front().slice.tile = tile;
     return work;
   }
-  LeaseTable::Settled take(const std::string& name, const std::string& worker,
-                           LeaseTable::Work work) {
+  LeaseTable::Taken take(const std::string& name, const std::string& worker,
+                         LeaseTable::Work work) {
     EXPECT_TRUE(table_.begin_result(name, sender(worker)));
-    auto settled = table_.take_result(name, worker, std::move(work), 100, now_);
-    EXPECT_TRUE(settled);
-    return settled ? *std::move(settled) : LeaseTable::Settled();
+    auto taken = table_.take_result(name, worker, std::move(work), 100, now_);
+    EXPECT_TRUE(taken);
+    return taken ? *std::move(taken) : LeaseTable::Taken();
   }
   std::string state_of(const std::string& worker) {
     for (const api::WorkerView& view : table_.workers(now_)) {
@@ -204,9 +204,9 @@ TEST_F(LeaseTableTest, AResultReadWhileTheBoardStoppedIsRefused) {
   ASSERT_EQ(lease("u", "a"), std::nullopt);
   ASSERT_TRUE(table_.begin_result("u", sender("a")));
   table_.clear();
-  const auto settled = table_.take_result("u", "a", work(1), 100, now_);
-  ASSERT_FALSE(settled);
-  EXPECT_EQ(settled.error().code, ErrorCode::kNotFound);
+  const auto taken = table_.take_result("u", "a", work(1), 100, now_);
+  ASSERT_FALSE(taken);
+  EXPECT_EQ(taken.error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(LeaseTableTest, AReservedUnitIsNotRemovedButNoLongerRenderedHere) {
@@ -277,9 +277,9 @@ TEST_F(VerifiedUnitsTest, EqualResultsAreTakenOnce) {
   EXPECT_EQ(lease("u", "a"), ErrorCode::kUnavailable) << "two results of one worker prove nothing";
   ASSERT_EQ(lease("u", "b"), std::nullopt);
   EXPECT_FALSE(take("u", "a", work(1)).work);
-  const LeaseTable::Settled settled = take("u", "b", work(1));
-  EXPECT_TRUE(settled.work);
-  EXPECT_FALSE(settled.is_disputed);
+  const LeaseTable::Taken taken = take("u", "b", work(1));
+  EXPECT_TRUE(taken.work);
+  EXPECT_FALSE(taken.is_disputed);
   EXPECT_EQ(table_.counts().verified, 1U);
 }
 
@@ -302,9 +302,9 @@ TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspen
   ASSERT_EQ(lease("v", "b"), std::nullopt);
   EXPECT_FALSE(take("v", "b", work(1)).work);
   EXPECT_FALSE(take("u", "a", work(1)).work);
-  const LeaseTable::Settled settled = take("u", "b", work(2));
-  EXPECT_FALSE(settled.work);
-  EXPECT_TRUE(settled.is_disputed);
+  const LeaseTable::Taken taken = take("u", "b", work(2));
+  EXPECT_FALSE(taken.work);
+  EXPECT_TRUE(taken.is_disputed);
   table_.begin_own("u");
   const auto doubted = table_.judge("u", core::content_digest(work(1)));
   EXPECT_EQ(doubted, std::vector<JobPointer>{job_}) << "it took a result of b unverified";

@@ -1,4 +1,4 @@
-// Creation of jobs: submissions, repeated submissions, and imported films.
+#include "server/jobs/submissions.h"
 
 #include <shared_mutex>
 #include <utility>
@@ -6,8 +6,8 @@
 #include "api/json/error_codes.h"
 #include "api/json/errors.h"
 #include "core/error/error_estimate.h"
-#include "server/jobs/job_service.h"
 #include "server/observe/clock.h"
+#include "server/scenes/scene_facts.h"
 #include "server/store/film_file.h"
 #include "server/store/uuid.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 /// Keys of ids and of Idempotency-Keys in one table. A tenant's name contains no space.
 std::string own_id_key(const std::string& id) { return "put " + id; }
-std::string key_of(const JobService::Submission& submission) {
+std::string key_of(const Submissions::Submission& submission) {
   return (submission.is_by_content ? "content " : "of ") + submission.access.tenant + " " +
          submission.key;
 }
@@ -42,7 +42,7 @@ bool still_answers(const Job& job, double failed_seconds) {
 }
 
 /// Returns a view without the job's identity.
-api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
+api::JobView view_of_finished(const Submissions::FinishedFilm& finished) {
   const core::Film& film = *finished.film;
   api::JobView view;
   view.state = JobState::kFinished;
@@ -81,10 +81,66 @@ api::JobView view_of_finished(const JobService::FinishedFilm& finished) {
 
 }  // namespace
 
-core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
+Verdict priority_allowed(int priority, const Access& access) {
+  if (priority <= access.priority_max) {
+    return {};
+  }
+  return api::make_problem(
+      ErrorCode::kInvalidArgument,
+      {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
+                                        std::to_string(access.priority_max) +
+                                        ", the highest priority that this key allows"}});
+}
+
+std::optional<Error> Submissions::refused_work() const {
+  if (!parts_.life.is_stopping() && !parts_.life.is_draining()) {
+    return std::nullopt;
+  }
+  return Error{ErrorCode::kUnavailable,
+               parts_.life.is_stopping() ? "the server is stopping"
+                                         : "the server is draining and accepts no new jobs",
+               ""};
+}
+
+api::Parsed<Submissions::Checked> Submissions::check(api::ParsedJob request, const Access& access) {
+  auto facts = parts_.scenes.facts(request.spec.scene, access);
+  if (!facts) {
+    Error error = facts.error();
+    error.where = "/scene";
+    return api::from_error(error);
+  }
+  if (auto faults = faults_against_scene(request.spec, *facts); !faults.empty()) {
+    return api::make_problem(ErrorCode::kInvalidArgument, std::move(faults));
+  }
+  if (request.spec.environment_asset) {
+    if (const auto usable =
+            parts_.scenes.check_environment(*request.spec.environment_asset, access);
+        !usable) {
+      return api::from_error(usable.error());
+    }
+  }
+  if (auto warning = api::settle_environment(request.spec, *facts)) {
+    request.warnings.push_back(std::move(*warning));
+  }
+  const double kept = options_.retention_seconds;
+  if (kept > 0 && request.spec.retention_seconds.value_or(0) > kept) {
+    request.warnings.push_back("This server deletes jobs " +
+                               std::to_string(static_cast<std::int64_t>(kept)) +
+                               " seconds after they have ended.");
+  }
+  const std::vector<std::string> more = api::adaptive_warnings(request.spec);
+  request.warnings.insert(request.warnings.end(), more.begin(), more.end());
+  Admission admission = parts_.builder.admission_of(request.spec);
+  if (auto fault = parts_.builder.too_large(request.spec, admission.memory)) {
+    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
+  }
+  return Checked{.job = std::move(request), .admission = std::move(admission)};
+}
+
+core::Result<JobPointer> Submissions::find_replay(const Submission& submission) {
   std::optional<IdempotencyRow> row;
   {
-    auto stored = table_.find_key(key_of(submission));
+    auto stored = parts_.table.find_key(key_of(submission));
     if (!stored) {
       return stored.error();
     }
@@ -93,7 +149,7 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   if (!row || (!submission.is_by_content && row->created_at < unix_now() - kKeySeconds)) {
     return JobPointer();
   }
-  auto job = find(row->job, submission.access);
+  auto job = parts_.index.find(row->job, submission.access);
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
   }
@@ -104,7 +160,7 @@ core::Result<JobPointer> JobService::find_replay(const Submission& submission) {
   return job;
 }
 
-core::Result<JobPointer> JobService::find_equal(const Submission& submission) {
+core::Result<JobPointer> Submissions::find_equal(const Submission& submission) {
   auto job = submission.id.empty() ? find_replay(submission) : find_own_id(submission);
   if (job && *job && submission.is_by_content && !still_answers(**job, submission.failed_seconds)) {
     return JobPointer();
@@ -112,15 +168,15 @@ core::Result<JobPointer> JobService::find_equal(const Submission& submission) {
   return job;
 }
 
-core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
-  auto job = index_.find(submission.id);  // Ids are unique across all tenants.
+core::Result<JobPointer> Submissions::find_own_id(const Submission& submission) {
+  auto job = parts_.index.find(submission.id);  // Ids are unique across all tenants.
   if (!job) {
     return job.error().code == ErrorCode::kNotFound ? core::Result<JobPointer>(JobPointer()) : job;
   }
   if (!submission.access.sees((*job)->tenant())) {
-    return find(submission.id, submission.access);
+    return parts_.index.find(submission.id, submission.access);
   }
-  const auto row = table_.find_key(own_id_key(submission.id));
+  const auto row = parts_.table.find_key(own_id_key(submission.id));
   if (!row) {
     return row.error();
   }
@@ -131,13 +187,13 @@ core::Result<JobPointer> JobService::find_own_id(const Submission& submission) {
   return job;
 }
 
-api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::string& tenant,
-                                                                  int jobs) {
+api::Parsed<std::unique_lock<core::Mutex>> Submissions::take_quota(const std::string& tenant,
+                                                                   int jobs) {
   if (tenant.empty() || options_.quota_jobs == 0) {
     return std::unique_lock<core::Mutex>();
   }
   std::unique_lock<core::Mutex> held(quota_mutex_);
-  const auto count = table_.unfinished_of(tenant);
+  const auto count = parts_.table.unfinished_of(tenant);
   if (!count) {
     return api::from_error(count.error());
   }
@@ -150,8 +206,8 @@ api::Parsed<std::unique_lock<core::Mutex>> JobService::take_quota(const std::str
                                " are allowed");
 }
 
-api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
-                                                      const Submission& submission) {
+api::Parsed<Submissions::Submitted> Submissions::submit(api::ParsedJob request,
+                                                        const Submission& submission) {
   std::unique_lock<core::Mutex> keyed;
   if (!submission.key.empty() || !submission.id.empty()) {
     keyed = std::unique_lock<core::Mutex>(keyed_mutex_);
@@ -171,13 +227,13 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
     return allowed.problem();
   }
   // The scene and the asset found here must not be deleted before the record refers to them.
-  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  const std::shared_lock<std::shared_mutex> naming(parts_.scenes.names_mutex());
   auto checked = check(std::move(request), submission.access);
   if (!checked) {
     return checked.problem();
   }
-  if (!book_.has_room(checked->admission, submission.access.tenant)) {
-    return api::make_problem(api::kTooManyRequests, book_.full_text(checked->admission.rank));
+  if (!parts_.book.has_room(checked->admission, submission.access.tenant)) {
+    return api::make_problem(api::kTooManyRequests, parts_.book.full_text(checked->admission.rank));
   }
   const auto counted = take_quota(submission.access.tenant);
   if (!counted) {
@@ -191,17 +247,17 @@ api::Parsed<JobService::Submitted> JobService::submit(api::ParsedJob request,
   if (preview_key) {
     supersede(*preview_key, **job, submission.access);
   }
-  book_.enqueue(*job, std::move(checked->admission));
-  life_.admit();
+  parts_.book.enqueue(*job, std::move(checked->admission));
+  parts_.life.admit();
   return Submitted{.job = std::move(*job), .is_replay = false};
 }
 
-api::Parsed<std::vector<JobPointer>> JobService::submit_together(
+api::Parsed<std::vector<JobPointer>> Submissions::submit_together(
     std::vector<api::ParsedJob> requests, const Together& together) {
   if (const auto refused = refused_work()) {
     return api::from_error(*refused);
   }
-  const std::shared_lock<std::shared_mutex> naming(scenes_.names_mutex());
+  const std::shared_lock<std::shared_mutex> naming(parts_.scenes.names_mutex());
   std::vector<Checked> all;
   for (api::ParsedJob& request : requests) {
     if (const Verdict allowed = priority_allowed(request.spec.priority, together.access);
@@ -215,7 +271,7 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
     all.push_back(*std::move(checked));
   }
   const auto jobs = static_cast<int>(all.size());
-  if (!book_.has_room_for(jobs)) {
+  if (!parts_.book.has_room_for(jobs)) {
     return api::make_problem(api::kTooManyRequests,
                              "the queue has no room for " + std::to_string(jobs) + " more jobs");
   }
@@ -231,13 +287,13 @@ api::Parsed<std::vector<JobPointer>> JobService::submit_together(
   for (std::size_t i = 0; i < all.size(); ++i) {
     entries.push_back({.job = (*made)[i], .admission = std::move(all[i].admission)});
   }
-  book_.enqueue(std::move(entries));
-  life_.admit();
+  parts_.book.enqueue(std::move(entries));
+  parts_.life.admit();
   return *std::move(made);
 }
 
-core::Result<std::vector<JobPointer>> JobService::insert_together(std::vector<Checked>& requests,
-                                                                  const Together& together) {
+core::Result<std::vector<JobPointer>> Submissions::insert_together(std::vector<Checked>& requests,
+                                                                   const Together& together) {
   std::vector<JobPointer> jobs;
   std::vector<std::int64_t> sequences;
   std::vector<std::uint64_t> reserved;
@@ -255,28 +311,28 @@ core::Result<std::vector<JobPointer>> JobService::insert_together(std::vector<Ch
     sequences.push_back(record.sequence);
     jobs.push_back(std::make_shared<Job>(std::move(record), Job::History::kInLog));
   }
-  StorageQuota::Room room = quota_.room(together.access.tenant, StorageQuota::Kind::kFilm);
+  StorageQuota::Room room = parts_.quota.room(together.access.tenant, StorageQuota::Kind::kFilm);
   if (const Status fits = room.grow_to(reserved_in_all); !fits) {
     return Error{fits.error().code, fits.error().message, "/film"};
   }
   const auto beside = [&](Database::Session& session) {
     return together.beside(session, sequences);
   };
-  if (const Status stored = journal_.enter_together(jobs, reserved, together.key, beside);
+  if (const Status stored = parts_.journal.enter_together(jobs, reserved, together.key, beside);
       !stored) {
     return stored.error();
   }
   for (const JobPointer& job : jobs) {
-    book_.add(job);
+    parts_.book.add(job);
   }
-  log_.write(
+  parts_.log.write(
       LogLevel::kInfo, "batch_submitted",
       {{"jobs", static_cast<std::int64_t>(jobs.size())}, {"tenant", together.access.tenant}});
   return jobs;
 }
 
-core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submission& submission,
-                                            std::uint64_t film_file_bytes) {
+core::Result<JobPointer> Submissions::insert(api::ParsedJob request, const Submission& submission,
+                                             std::uint64_t film_file_bytes) {
   JobRecord record;
   record.sequence = ++last_sequence_;
   record.tenant = submission.access.tenant;
@@ -294,7 +350,7 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
         .job = record.view.id,
         .created_at = record.view.created_at_unix_seconds};
   }
-  StorageQuota::Room room = quota_.room(record.tenant, StorageQuota::Kind::kFilm);
+  StorageQuota::Room room = parts_.quota.room(record.tenant, StorageQuota::Kind::kFilm);
   if (!record.tenant.empty() && !job->memory_only()) {
     beside.reserved_bytes = film_file_bytes;
     if (const Status fits = room.grow_to(beside.reserved_bytes); !fits) {
@@ -305,30 +361,30 @@ core::Result<JobPointer> JobService::insert(api::ParsedJob request, const Submis
     // Added before it is stored: other requests with the same id wait for the commit and get this
     // job.
     const core::MutexLock changing(job->change_mutex());
-    book_.add(job);
-    if (const Status stored = journal_.enter(*job, beside); !stored) {
+    parts_.book.add(job);
+    if (const Status stored = parts_.journal.enter(*job, beside); !stored) {
       job->set_removed();
-      book_.forget(*job);
+      parts_.book.forget(*job);
       return stored.error();
     }
   }
-  log_.write(
+  parts_.log.write(
       LogLevel::kInfo, "job_submitted",
       {{"job", record.view.id}, {"scene", record.view.spec.scene}, {"tenant", record.tenant}});
   return job;
 }
 
-void JobService::supersede(const std::string& preview_key, const Job& by, const Access& access) {
-  for (const JobPointer& job : book_.all()) {
+void Submissions::supersede(const std::string& preview_key, const Job& by, const Access& access) {
+  for (const JobPointer& job : parts_.book.all()) {
     const JobRecord record = job->record();
     if (job->memory_only() && job->id() != by.id() && access.shares_names_with(job->tenant()) &&
         record.view.spec.preview_key == preview_key && !api::is_final(record.view.state)) {
-      static_cast<void>(cancel(job));  // Fails only for a job that has already ended.
+      static_cast<void>(parts_.life.cancel(job));  // Fails only for a job that has already ended.
     }
   }
 }
 
-core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
+core::Result<JobPointer> Submissions::add_finished(FinishedFilm finished) {
   if (auto refused = refused_work()) {
     return *std::move(refused);
   }
@@ -351,25 +407,25 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
   const FilmRecord beside{.elapsed_seconds = finished.elapsed_seconds,
                           .points = {point},
                           .arithmetic = finished.arithmetic};
-  StorageQuota::Room room = quota_.room(finished.tenant, StorageQuota::Kind::kFilm);
+  StorageQuota::Room room = parts_.quota.room(finished.tenant, StorageQuota::Kind::kFilm);
   if (const Status fits = room.grow_to(FilmFile::disk_bytes_max(film)); !fits) {
     return fits.error();
   }
-  auto bytes = films_.write_new(record.view.id, film, beside, finished.spec.render.film);
+  auto bytes = parts_.films.write_new(record.view.id, film, beside, finished.spec.render.film);
   if (!bytes) {
     return bytes.error();
   }
   record.film = FilmPlace::kOnDisk;
   record.film_bytes = *bytes;
   auto job = std::make_shared<Job>(record, Job::History::kInLog);
-  if (const Status stored = journal_.enter(*job, {}); !stored) {
-    films_.remove_loose(record.view.id);
+  if (const Status stored = parts_.journal.enter(*job, {}); !stored) {
+    parts_.films.remove_loose(record.view.id);
     return stored.error();
   }
-  films_.keep(*job, finished.film, beside);
-  log_.write(LogLevel::kInfo, "job_merged", {{"job", job->id()}});
-  job = book_.add_final(job);
-  films_.evict();
+  parts_.films.keep(*job, finished.film, beside);
+  parts_.log.write(LogLevel::kInfo, "job_merged", {{"job", job->id()}});
+  job = parts_.book.add_final(job);
+  parts_.films.evict();
   return job;
 }
 

@@ -1,0 +1,82 @@
+#include "server/jobs/checkpoints.h"
+
+#include <algorithm>
+
+namespace server {
+
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The time between two checkpoints is at least this multiple of the time to write one.
+constexpr double kWriteShare = 20;
+/// Fraction of the interval after which writing begins, so that it completes within the interval.
+constexpr double kBegin = 0.8;
+
+}  // namespace
+
+Status Checkpoints::save(RenderRun& run, const Job& job, bool is_final) const {
+  if (!job.memory_only() && !parts_.quota.has_disk_room()) {
+    return Error{ErrorCode::kNoSpace, "the disk is full", ""};
+  }
+  return run.save(is_final);
+}
+
+void Checkpoints::save_now(const JobPointer& job) {
+  const auto run = job->run();
+  if (!run || job->memory_only() || run->task().finished()) {
+    return;  // The thread that ended the run saves its film.
+  }
+  if (const Status saved = save(*run, *job, false); !saved) {
+    parts_.metrics.count(Counter::kCheckpointFailed);
+    if (saved.error().code != ErrorCode::kNoSpace) {
+      run->fail(saved.error());
+    } else if (!job->waits_for_disk()) {
+      on_full_disk_(job);
+    }
+    return;
+  }
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    if (api::is_final(record.view.state)) {
+      return Error{ErrorCode::kCancelled, "", ""};
+    }
+    record.view.progress = run->task().progress();
+    record.film = FilmPlace::kOnDisk;
+    record.film_bytes = run->file_bytes();
+    return {};
+  };
+  const Verdict noted =
+      parts_.journal.change(*job, modify, {.unstored = Journal::Unstored::kInMemory});
+  if (noted) {
+    parts_.metrics.count(Counter::kCheckpointWritten);
+    parts_.log.write(LogLevel::kDebug, "checkpoint",
+                     {{"job", job->id()}, {"seconds", run->last_save_seconds()}});
+  }
+}
+
+void Checkpoints::save_due(const std::stop_token& stop) {
+  for (const JobPointer& job : parts_.book.all()) {
+    const auto run = job->run();
+    if (stop.stop_requested() || !run || job->memory_only()) {
+      continue;
+    }
+    const double interval = std::max(seconds_ * kBegin, run->last_save_seconds() * kWriteShare);
+    const auto now = Clock::now();
+    const auto [last, is_new] = saved_at_.emplace(job->id(), now);
+    if (is_new || std::chrono::duration<double>(now - last->second).count() < interval) {
+      continue;
+    }
+    save_now(job);
+    last->second = Clock::now();
+  }
+  std::erase_if(saved_at_, [this](const auto& entry) {
+    const auto job = parts_.book.find(entry.first);
+    return !job || !job->run();
+  });
+}
+
+}  // namespace server

@@ -79,11 +79,9 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
       full_width_(settings.width),
       full_height_(settings.height),
       replicates_(replicates),
-      has_aux_(settings.has_aux()),
+      recorded_(parts_asked_for(settings)),
       has_splats_(has_splats),
       shares_(settings.shares),
-      has_labels_(settings.has_labels()),
-      matte_kinds_{settings.object_mattes, settings.material_mattes},
       errors_(errors),
       over_white_(settings.errors_over_white),
       rects_(tile_rects(crop_)),
@@ -433,7 +431,7 @@ std::size_t Film::bytes() const noexcept {
 std::string Film::digest() const {
   Sha256 hash;
   const std::int32_t header[] = {crop_.x,     crop_.y,      crop_.width, crop_.height,
-                                 full_width_, full_height_, replicates_, has_aux_ ? 1 : 0};
+                                 full_width_, full_height_, replicates_, has_aux() ? 1 : 0};
   hash.add(header, sizeof(header));
   MutexLock lock(mutex_);
   for (const Slot& slot : tiles_) {

@@ -68,6 +68,16 @@ struct MatteKinds {
   friend bool operator==(const MatteKinds&, const MatteKinds&) = default;
 };
 
+/// The optional parts of a film, which the settings ask for; rows in core/film/tile_planes.h.
+struct RecordedParts {
+  bool aux = false;     ///< albedo, normal or depth
+  bool labels = false;  ///< first-hit ids, position, texture coordinates or motion
+  bool object_mattes = false;
+  bool material_mattes = false;
+  MatteKinds matte_kinds() const noexcept { return {object_mattes, material_mattes}; }
+  friend bool operator==(const RecordedParts&, const RecordedParts&) = default;
+};
+
 /// Statistics of one tile. Copyable: a slice works on a copy and commits it.
 struct TileState {
   PixelRect rect;                      ///< in pixels of the full film
@@ -110,7 +120,7 @@ struct SplatState {
 struct FilmSnapshot {
   PixelRect rect;
   int replicates = 2;
-  bool has_aux = false;
+  RecordedParts recorded;
   bool has_splats = false;  ///< spreads within a replicate then exclude splats
   PixelErrors errors = PixelErrors::kIndependent;
   bool errors_over_white = false;
@@ -118,8 +128,6 @@ struct FilmSnapshot {
   std::vector<AuxPixel> aux;
   std::vector<Rgb> shares;                ///< as in TileState
   std::vector<std::string> share_layers;  ///< layer names of `shares`
-  bool has_labels = false;
-  MatteKinds matte_kinds;
   std::vector<LabelPixel> labels;
   std::vector<MattePixel> mattes;  ///< as in TileState
   std::uint32_t revision = 0;
@@ -145,7 +153,8 @@ class Film {
   int full_width() const noexcept { return full_width_; }
   int full_height() const noexcept { return full_height_; }
   int replicates() const noexcept { return replicates_; }
-  bool has_aux() const noexcept { return has_aux_; }
+  const RecordedParts& recorded() const noexcept { return recorded_; }
+  bool has_aux() const noexcept { return recorded_.aux; }
   PixelErrors errors() const noexcept { return errors_; }
   bool errors_over_white() const noexcept { return over_white_; }
   bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
@@ -153,8 +162,8 @@ class Film {
   bool has_splats() const noexcept { return has_splats_; }
   bool has_fit() const noexcept { return fit_ != FitType::kNone; }
   const std::vector<LightShare>& shares() const noexcept { return shares_; }
-  bool has_labels() const noexcept { return has_labels_; }
-  MatteKinds matte_kinds() const noexcept { return matte_kinds_; }
+  bool has_labels() const noexcept { return recorded_.labels; }
+  MatteKinds matte_kinds() const noexcept { return recorded_.matte_kinds(); }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
   PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
   /// Units of light samples; equal to the tiles if the film has no splats.
@@ -254,11 +263,9 @@ class Film {
   int full_width_;
   int full_height_;
   int replicates_;
-  bool has_aux_;
+  RecordedParts recorded_;
   bool has_splats_;
   std::vector<LightShare> shares_;
-  bool has_labels_;
-  MatteKinds matte_kinds_;
   PixelErrors errors_;
   bool over_white_;
   AdaptiveType adaptive_ = AdaptiveType::kNone;

@@ -22,12 +22,8 @@ constexpr std::array<char, 8> kMagic = {'T', 'S', 'R', 'F', 'I', 'L', 'M', '1'};
 constexpr std::uint64_t kHashBytes = 64;
 /// Limit per range: the sum over the maximum number of ranges fits in an int.
 constexpr std::uint32_t kSamplesMax = 1U << 25U;
-constexpr std::uint32_t kAuxFlag = 1;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 constexpr std::uint32_t kSplatsFlag = 4;
-constexpr std::uint32_t kLabelsFlag = 128;
-constexpr std::uint32_t kObjectMattesFlag = 16;
-constexpr std::uint32_t kMaterialMattesFlag = 32;
 constexpr std::uint32_t kOverWhiteFlag = 64;
 constexpr std::uint32_t kFlags = 255 & ~8U;
 constexpr std::uint32_t kSharesShift = 8;
@@ -95,12 +91,9 @@ std::uint64_t all_bytes(const Head& head) {
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(head.crop.width) * static_cast<std::uint64_t>(head.crop.height);
   const auto has = [&head](std::uint32_t flag) { return (head.flags & flag) != 0; };
-  const TileShape shape = {
-      .replicates = head.replicates,
-      .shares = shares_of(head),
-      .mattes = std::size_t{has(kObjectMattesFlag)} + std::size_t{has(kMaterialMattesFlag)},
-      .has_aux = has(kAuxFlag),
-      .has_labels = has(kLabelsFlag)};
+  const TileShape shape = {.replicates = head.replicates,
+                           .shares = shares_of(head),
+                           .recorded = parts_in(head.flags, &RecordedPart::file_flag)};
   const std::uint64_t splat_bytes =
       has(kSplatsFlag) ? head.replicates * (1 + shares_of(head)) * sizeof(SplatPixel) : 0;
   const auto of_value = [](const auto& plane) { return value_bytes(plane); };
@@ -113,11 +106,9 @@ Head head_of(const Film& film, std::size_t ranges, std::size_t text_bytes) {
   head.head_bytes = static_cast<std::uint32_t>(head_bytes(ranges, text_bytes));
   head.text_bytes = static_cast<std::uint32_t>(text_bytes);
   head.ranges = static_cast<std::uint32_t>(ranges);
-  head.flags = (film.has_aux() ? kAuxFlag : 0) |
+  head.flags = flags_of(film.recorded(), &RecordedPart::file_flag) |
                (film.errors() == PixelErrors::kCorrelated ? kCorrelatedFlag : 0) |
-               (film.has_splats() ? kSplatsFlag : 0) | (film.has_labels() ? kLabelsFlag : 0) |
-               (film.matte_kinds().object ? kObjectMattesFlag : 0) |
-               (film.matte_kinds().material ? kMaterialMattesFlag : 0) |
+               (film.has_splats() ? kSplatsFlag : 0) |
                (film.errors_over_white() ? kOverWhiteFlag : 0) |
                (static_cast<std::uint32_t>(film.shares().size()) << kSharesShift);
   head.full_width = film.full_width();
@@ -446,10 +437,7 @@ Result<FilmFileContent> read_film(std::span<const std::byte> file, const FilmFor
   settings.width = head.full_width;
   settings.height = head.full_height;
   settings.crop = head.crop;
-  settings.albedo = settings.normal = settings.depth = (head.flags & kAuxFlag) != 0;
-  settings.object = (head.flags & kLabelsFlag) != 0;
-  settings.object_mattes = (head.flags & kObjectMattesFlag) != 0;
-  settings.material_mattes = (head.flags & kMaterialMattesFlag) != 0;
+  ask_for(parts_in(head.flags, &RecordedPart::file_flag), settings);
   settings.errors_over_white = (head.flags & kOverWhiteFlag) != 0;
   if (shares != nullptr) {
     settings.shares = shares(content.text);

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "core/film/tile_planes.h"
+
 namespace core {
 namespace {
 
@@ -52,9 +54,8 @@ Result<std::vector<Piece>> sorted_pieces(std::span<const FilmPart> parts, int re
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film differs from the first one in size or crop");
     }
-    if (film.has_aux() != first.has_aux() || film.has_splats() != first.has_splats() ||
-        film.shares().size() != first.shares().size() || film.has_labels() != first.has_labels() ||
-        film.matte_kinds() != first.matte_kinds()) {
+    if (film.recorded() != first.recorded() || film.has_splats() != first.has_splats() ||
+        film.shares().size() != first.shares().size()) {
       return at_film(ErrorCode::kInvalidArgument, i,
                      "the film differs from the first one in its layers");
     }
@@ -107,8 +108,17 @@ SampleLedger joined(const std::vector<Piece>& pieces) {
   return ledger;
 }
 
+/// Merges values that are not of one replicate. In general all parts have the same, and those of
+/// the first are taken.
+template <typename Value>
+void add_values(std::vector<Value>& sums, const std::vector<Value>& more, bool is_first) {
+  if (is_first) {
+    sums = more;
+  }
+}
+
 /// Averages means weighted by hits, in double.
-void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
+void add_values(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more, bool /*is_first*/) {
   for (std::size_t i = 0; i < sums.size(); ++i) {
     AuxPixel& to = sums[i];
     const AuxPixel& from = more[i];
@@ -131,7 +141,8 @@ void add_aux(std::vector<AuxPixel>& sums, const std::vector<AuxPixel>& more) {
   }
 }
 
-void add_mattes(std::vector<MattePixel>& sums, const std::vector<MattePixel>& more) {
+void add_values(std::vector<MattePixel>& sums, const std::vector<MattePixel>& more,
+                bool /*is_first*/) {
   for (std::size_t i = 0; i < sums.size(); ++i) {
     for (const MatteRank& rank : more[i]) {
       if (rank.id != 0) {
@@ -140,6 +151,8 @@ void add_mattes(std::vector<MattePixel>& sums, const std::vector<MattePixel>& mo
     }
   }
 }
+
+std::ptrdiff_t distance(std::size_t values) { return static_cast<std::ptrdiff_t>(values); }
 
 /// Merges a tile of all parts; samples is 0 if none of them has any.
 TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>& pieces,
@@ -151,31 +164,32 @@ TileState merged_tile(std::span<const FilmPart> parts, const std::vector<Piece>&
   }
   TileState state = out.tile(tile);
   const auto stride = static_cast<std::size_t>(out.replicates());
-  const std::size_t shares = out.shares().size();
+  const TileShape shape = shape_of(out);
   std::size_t at = 0;
   std::vector<bool> seen(parts.size());
   for (const Piece& piece : pieces) {
     const TileState& source = from[piece.part];
     const auto source_stride = static_cast<std::size_t>(parts[piece.part].film->replicates());
+    const auto offset = static_cast<std::size_t>(piece.offset);
     const auto count = static_cast<std::size_t>(piece.range.replicates);
-    for (std::size_t pixel = 0; pixel * stride < state.pixels.size(); ++pixel) {
-      std::copy_n(&source.pixels[pixel * source_stride + static_cast<std::size_t>(piece.offset)],
-                  count, &state.pixels[pixel * stride + at]);
-      if (shares > 0) {
-        const std::size_t from_replicate =
-            pixel * source_stride + static_cast<std::size_t>(piece.offset);
-        std::copy_n(&source.shares[from_replicate * shares], count * shares,
-                    &state.shares[(pixel * stride + at) * shares]);
+    for_each_kept_plane([&](const auto& plane) {
+      const auto& values = source.*plane.values;
+      auto& merged = state.*plane.values;
+      if (!plane.is_by_replicate) {
+        if (!seen[piece.part]) {
+          add_values(merged, values, state.samples == 0);
+        }
+        return;
       }
-    }
+      const std::size_t each = plane.per_pixel(shape) / stride;
+      for (std::size_t pixel = 0; pixel * stride * each < merged.size(); ++pixel) {
+        std::copy_n(values.begin() + distance((pixel * source_stride + offset) * each),
+                    count * each, merged.begin() + distance((pixel * stride + at) * each));
+      }
+    });
     at += count;
     if (!seen[piece.part]) {
       seen[piece.part] = true;
-      add_aux(state.aux, source.aux);
-      add_mattes(state.mattes, source.mattes);
-      if (state.samples == 0) {
-        state.labels = source.labels;
-      }
       state.samples += source.samples;
       state.rejected_samples += source.rejected_samples;
       state.rays += source.rays;
@@ -234,11 +248,8 @@ Result<FilmPart> merge_films(std::span<const FilmPart> parts, int replicates_max
   settings.width = first.full_width();
   settings.height = first.full_height();
   settings.crop = first.crop();
-  settings.albedo = settings.normal = settings.depth = first.has_aux();
+  ask_for(first.recorded(), settings);
   settings.shares = first.shares();
-  settings.object = first.has_labels();
-  settings.object_mattes = first.matte_kinds().object;
-  settings.material_mattes = first.matte_kinds().material;
   settings.errors_over_white = first.errors_over_white();
   const int replicates =
       std::accumulate(pieces->begin(), pieces->end(), 0,

@@ -82,7 +82,7 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   out.rect = rect;
   const std::size_t pixels = out.pixel_count();
   out.replicates = replicates_;
-  out.has_aux = has_aux_;
+  out.recorded = recorded_;
   out.has_splats = has_splats_;
   out.errors = errors_;
   out.errors_over_white = over_white_;
@@ -92,8 +92,6 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   for (const LightShare& share : shares_) {
     out.share_layers.push_back(share.layer);
   }
-  out.has_labels = has_labels_;
-  out.matte_kinds = matte_kinds_;
   std::vector<std::shared_ptr<const TileState>> states;
   {
     MutexLock lock(mutex_);

@@ -1,8 +1,10 @@
-/// The arrays of a tile, one row each. Whatever allocates, measures, hashes, copies, writes or
-/// reads them walks the rows, in the order of files and messages.
+/// The optional parts of a film and the arrays of a tile, one row each. Whatever allocates,
+/// measures, hashes, copies, writes or reads them walks the rows, in the order of files.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <vector>
 
@@ -10,13 +12,69 @@
 
 namespace core {
 
+/// One optional part: its flags in files, and the settings that ask for it.
+struct RecordedPart {
+  bool RecordedParts::*is_recorded;
+  std::uint32_t file_flag;        ///< in films that are downloaded (core/film/film_format.h)
+  std::uint32_t checkpoint_flag;  ///< in files of the server
+  bool (*is_asked_for)(const FilmSettings& settings);
+  void (*ask_for)(FilmSettings& settings);
+};
+
+inline constexpr std::array kRecordedParts = {
+    RecordedPart{
+        &RecordedParts::aux, 1U, 1U,
+        [](const FilmSettings& settings) { return settings.has_aux(); },
+        [](FilmSettings& settings) { settings.albedo = settings.normal = settings.depth = true; }},
+    RecordedPart{&RecordedParts::labels, 128U, 1U << 19U,
+                 [](const FilmSettings& settings) { return settings.has_labels(); },
+                 [](FilmSettings& settings) { settings.object = true; }},
+    RecordedPart{&RecordedParts::object_mattes, 16U, 1U << 17U,
+                 [](const FilmSettings& settings) { return settings.object_mattes; },
+                 [](FilmSettings& settings) { settings.object_mattes = true; }},
+    RecordedPart{&RecordedParts::material_mattes, 32U, 1U << 18U,
+                 [](const FilmSettings& settings) { return settings.material_mattes; },
+                 [](FilmSettings& settings) { settings.material_mattes = true; }},
+};
+
+inline RecordedParts parts_asked_for(const FilmSettings& settings) noexcept {
+  RecordedParts parts;
+  for (const RecordedPart& row : kRecordedParts) {
+    parts.*row.is_recorded = row.is_asked_for(settings);
+  }
+  return parts;
+}
+/// Makes the settings ask for these parts and no others.
+inline void ask_for(const RecordedParts& parts, FilmSettings& settings) noexcept {
+  settings.albedo = settings.normal = settings.depth = false;  // by default, they are recorded
+  for (const RecordedPart& row : kRecordedParts) {
+    if (parts.*row.is_recorded) {
+      row.ask_for(settings);
+    }
+  }
+}
+/// flag: the member of the rows.
+inline std::uint32_t flags_of(const RecordedParts& parts,
+                              std::uint32_t RecordedPart::*flag) noexcept {
+  std::uint32_t flags = 0;
+  for (const RecordedPart& row : kRecordedParts) {
+    flags |= parts.*row.is_recorded ? row.*flag : 0U;
+  }
+  return flags;
+}
+inline RecordedParts parts_in(std::uint32_t flags, std::uint32_t RecordedPart::*flag) noexcept {
+  RecordedParts parts;
+  for (const RecordedPart& row : kRecordedParts) {
+    parts.*row.is_recorded = (flags & row.*flag) != 0;
+  }
+  return parts;
+}
+
 /// What a tile of a film records.
 struct TileShape {
   std::size_t replicates = 2;
   std::size_t shares = 0;
-  std::size_t mattes = 0;
-  bool has_aux = false;
-  bool has_labels = false;
+  RecordedParts recorded;
   bool has_plan = false;
   bool has_pilot = false;
   bool has_fit = false;
@@ -25,9 +83,7 @@ struct TileShape {
 inline TileShape shape_of(const Film& film) noexcept {
   return {.replicates = static_cast<std::size_t>(film.replicates()),
           .shares = film.shares().size(),
-          .mattes = film.matte_kinds().count(),
-          .has_aux = film.has_aux(),
-          .has_labels = film.has_labels(),
+          .recorded = film.recorded(),
           .has_plan = film.has_plan(),
           .has_pilot = film.has_pilot(),
           .has_fit = film.has_fit()};
@@ -42,27 +98,31 @@ struct TilePlane {
   /// Returns the number of values of a pixel.
   std::size_t (*per_pixel)(const TileShape& shape);
   bool is_after_splats = false;  ///< in files, where the tile's splats follow the first arrays
+  /// The values of a pixel are those of its replicates, in their order.
+  bool is_by_replicate = false;
 };
 
 inline constexpr std::tuple kTilePlanes = {
     TilePlane<ReplicatePixel>{&TileState::pixels, &FilmSnapshot::pixels,
-                              [](const TileShape& shape) { return shape.replicates; }},
+                              [](const TileShape& shape) { return shape.replicates; }, false, true},
     TilePlane<AuxPixel>{&TileState::aux, &FilmSnapshot::aux,
-                        [](const TileShape& shape) { return std::size_t{shape.has_aux}; }},
+                        [](const TileShape& shape) { return std::size_t{shape.recorded.aux}; }},
     TilePlane<PixelPlan>{&TileState::plan, nullptr,
                          [](const TileShape& shape) { return std::size_t{shape.has_plan}; }},
     TilePlane<PilotPixel>{&TileState::pilot, nullptr,
                           [](const TileShape& shape) { return std::size_t{shape.has_pilot}; }},
     TilePlane<ReplicateFit>{
         &TileState::fit, nullptr,
-        [](const TileShape& shape) { return shape.has_fit ? shape.replicates : 0; }},
+        [](const TileShape& shape) { return shape.has_fit ? shape.replicates : 0; }, false, true},
     TilePlane<Rgb>{&TileState::shares, &FilmSnapshot::shares,
-                   [](const TileShape& shape) { return shape.replicates * shape.shares; }, true},
+                   [](const TileShape& shape) { return shape.replicates * shape.shares; }, true,
+                   true},
     TilePlane<LabelPixel>{&TileState::labels, &FilmSnapshot::labels,
-                          [](const TileShape& shape) { return std::size_t{shape.has_labels}; },
+                          [](const TileShape& shape) { return std::size_t{shape.recorded.labels}; },
                           true},
-    TilePlane<MattePixel>{&TileState::mattes, &FilmSnapshot::mattes,
-                          [](const TileShape& shape) { return shape.mattes; }, true},
+    TilePlane<MattePixel>{
+        &TileState::mattes, &FilmSnapshot::mattes,
+        [](const TileShape& shape) { return shape.recorded.matte_kinds().count(); }, true},
 };
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
                   sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&

@@ -84,7 +84,7 @@ void write_mattes(const FilmSnapshot& film, std::size_t i, std::size_t kind, flo
   const float halves = (counts[0] > 0 ? 1.0F : 0.0F) + (counts[1] > 0 ? 1.0F : 0.0F);
   std::array<std::pair<float, std::uint32_t>, kMatteRanks> ranks{};
   for (std::size_t k = 0; k < kMatteRanks; ++k) {
-    const MatteRank& rank = film.mattes[i * film.matte_kinds.count() + kind][k];
+    const MatteRank& rank = film.mattes[i * film.recorded.matte_kinds().count() + kind][k];
     float coverage = 0;
     for (std::size_t h = 0; h < 2; ++h) {
       coverage += counts[h] > 0 ? static_cast<float>(rank.hits[h]) / counts[h] / halves : 0.0F;
@@ -101,7 +101,7 @@ void write_object_mattes(const FilmSnapshot& film, std::size_t i, float* out) {
   write_mattes(film, i, 0, out);
 }
 void write_material_mattes(const FilmSnapshot& film, std::size_t i, float* out) {
-  write_mattes(film, i, film.matte_kinds.count() - 1, out);
+  write_mattes(film, i, film.recorded.matte_kinds().count() - 1, out);
 }
 
 void fill_error(const FilmSnapshot& film, std::span<float> out) {
@@ -157,8 +157,8 @@ void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
   }
 }
 
-bool has_aux(const FilmSnapshot& film) { return film.has_aux; }
-bool has_labels(const FilmSnapshot& film) { return film.has_labels; }
+bool has_aux(const FilmSnapshot& film) { return film.recorded.aux; }
+bool has_labels(const FilmSnapshot& film) { return film.recorded.labels; }
 
 /// Two ranks per layer of four channels.
 constexpr std::string_view kMatteChannels = "RGBARGBARGBA";
@@ -279,7 +279,7 @@ constexpr std::array kLayers = {
                .exr_channels = kMatteChannels,
                .fill = &fill<&write_object_mattes>,
                .recorded = &FilmSettings::object_mattes,
-               .is_held = [](const FilmSnapshot& film) { return film.matte_kinds.object; },
+               .is_held = [](const FilmSnapshot& film) { return film.recorded.object_mattes; },
                .form = LayerForm::kMattes},
     LayerEntry{.name = "cryptomatte:material",
                .summary = "Cryptomatte of materials.",
@@ -288,7 +288,7 @@ constexpr std::array kLayers = {
                .exr_channels = kMatteChannels,
                .fill = &fill<&write_material_mattes>,
                .recorded = &FilmSettings::material_mattes,
-               .is_held = [](const FilmSnapshot& film) { return film.matte_kinds.material; },
+               .is_held = [](const FilmSnapshot& film) { return film.recorded.material_mattes; },
                .form = LayerForm::kMattes},
     LayerEntry{.name = "alpha",
                .summary = "Coverage; below 1 where the background is transparent.",

@@ -105,10 +105,14 @@ std::vector<std::string> whole_channels() {
 }
 
 std::size_t channels_max(const Film& film) {
-  constexpr std::size_t kOfSamples = 16;
-  constexpr std::size_t kOfLabels = 4 + 3 + 3 + 3;
-  return kOfSamples + 3 * film.shares().size() + (film.has_labels() ? kOfLabels : 0) +
-         film.matte_kinds().count() * 2 * kMatteRanks;
+  FilmSnapshot parts;
+  parts.recorded = film.recorded();
+  std::size_t count = 3 * film.shares().size();
+  for (const LayerEntry& row : layers()) {
+    const bool is_held = row.recorded == nullptr || row.is_held(parts);
+    count += is_held ? exr_channels_of(row).size() : 0;
+  }
+  return count;
 }
 
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,

@@ -33,25 +33,21 @@ struct StoredPlan {
   std::array<std::uint32_t, 2> to{};
 };
 
-inline constexpr std::int32_t kAux = 1;
 inline constexpr std::int32_t kPlan = 2;
 inline constexpr std::int32_t kPilot = 4;
 inline constexpr std::int32_t kFit = 8;
 inline constexpr std::int32_t kSplats = 16;
 inline constexpr std::int32_t kMeter = 32;
-/// Above the bits of the number of shares.
-inline constexpr std::int32_t kLabels = 1 << 19;
-inline constexpr std::int32_t kObjectMattes = 1 << 17;
-inline constexpr std::int32_t kMaterialMattes = 1 << 18;
-/// The number of shares begins at this bit.
+/// The number of shares begins at this bit, and ends below those of core::kRecordedParts but the
+/// first.
 inline constexpr std::int32_t kSharesShift = 8;
 
 inline std::int32_t parts_of(const core::Film& film) {
-  return (film.has_aux() ? kAux : 0) | (film.has_plan() ? kPlan : 0) |
-         (film.has_pilot() ? kPilot : 0) | (film.has_fit() ? kFit : 0) |
-         (film.has_splats() ? kSplats : 0) | (film.meter_chunk_count() > 0 ? kMeter : 0) |
-         (film.has_labels() ? kLabels : 0) | (film.matte_kinds().object ? kObjectMattes : 0) |
-         (film.matte_kinds().material ? kMaterialMattes : 0) |
+  return static_cast<std::int32_t>(
+             core::flags_of(film.recorded(), &core::RecordedPart::checkpoint_flag)) |
+         (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0) |
+         (film.has_fit() ? kFit : 0) | (film.has_splats() ? kSplats : 0) |
+         (film.meter_chunk_count() > 0 ? kMeter : 0) |
          (static_cast<std::int32_t>(film.shares().size()) << kSharesShift);
 }
 
@@ -68,8 +64,8 @@ struct HeadFields {
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::int32_t replicates = 0;
-  std::int32_t parts = 0;  ///< Possible parts of a tile: kAux, kPlan, kPilot, kFit, kSplats,
-                           ///< kMeter, shares, kLabels, mattes.
+  std::int32_t parts = 0;  ///< Possible parts of a tile: recorded ones, kPlan, kPilot, kFit,
+                           ///< kSplats, kMeter, shares.
   std::uint32_t tile_count = 0;
   std::uint32_t point_count = 0;
   double elapsed_seconds = 0;

@@ -30,7 +30,7 @@ std::size_t differing_pixels(const core::View& waves, int width, const core::Vie
     }
     bool differs = apart(x.mean.r, y.mean.r) || apart(x.mean.g, y.mean.g) ||
                    apart(x.mean.b, y.mean.b) || apart(x.alpha, y.alpha);
-    if (a.snapshot.has_aux) {
+    if (a.snapshot.recorded.aux) {
       const core::AuxPixel& l = a.snapshot.aux[p];
       const core::AuxPixel& m = b.snapshot.aux[p];
       differs = differs || l.hits != m.hits || apart(l.albedo.g, m.albedo.g) ||

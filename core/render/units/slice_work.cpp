@@ -66,7 +66,8 @@ struct SliceHead {
   std::uint64_t meter_rays = 0;
   double meter_cpu_seconds = 0;
 };
-static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 && sizeof(SliceHead) == 200);
+static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 &&
+              sizeof(SliceHead) == (168 + 4 * kTilePlaneCount + 7) / 8 * 8);
 static_assert(sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {

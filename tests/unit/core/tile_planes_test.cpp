@@ -84,4 +84,26 @@ TEST(TilePlanes, BytesOfAPixelAreThoseOfAllArrays) {
             by_hand);
 }
 
+// Each optional part alone: its settings record it and nothing else, and its flags in both kinds of
+// files are its own.
+TEST(RecordedParts, EveryPartHasARow) {
+  EXPECT_EQ(sizeof(core::RecordedParts), core::kRecordedParts.size());  // a bool each
+  std::uint32_t file_flags = 0;
+  std::uint32_t checkpoint_flags = 0;
+  for (const core::RecordedPart& row : core::kRecordedParts) {
+    core::RecordedParts one;
+    one.*row.is_recorded = true;
+    core::FilmSettings settings;
+    core::ask_for(one, settings);
+    EXPECT_EQ(core::parts_asked_for(settings), one);
+    EXPECT_EQ(core::flags_of(one, &core::RecordedPart::file_flag), row.file_flag);
+    EXPECT_EQ(core::parts_in(row.file_flag, &core::RecordedPart::file_flag), one);
+    EXPECT_EQ(core::parts_in(row.checkpoint_flag, &core::RecordedPart::checkpoint_flag), one);
+    EXPECT_EQ(file_flags & row.file_flag, 0U);
+    EXPECT_EQ(checkpoint_flags & row.checkpoint_flag, 0U);
+    file_flags |= row.file_flag;
+    checkpoint_flags |= row.checkpoint_flag;
+  }
+}
+
 }  // namespace

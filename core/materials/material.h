@@ -64,4 +64,47 @@ struct Material {
   Medium medium;  ///< interior medium
 };
 
+/// Returns whether a material has any of BsdfLayers.
+inline bool has_layers(const MaterialDescription& d) noexcept {
+  return d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 ||
+         d.diffuse_transmission > 0;
+}
+
+/// The textures of a material, one row each. Whatever checks, numbers or resolves them walks the
+/// rows.
+struct MaterialMap {
+  TextureDescription MaterialDescription::*description;
+  TextureSlot Material::*slot;  ///< null: it is read by nothing
+  bool is_color = false;        ///< stored as sRGB
+  bool is_layer = false;        ///< of BsdfLayers: only if the material has any of them
+  bool is_shaded = true;        ///< read by shade()
+};
+
+inline constexpr std::array kMaterialMaps = {
+    MaterialMap{&MaterialDescription::base_color_texture, &Material::base_color, true},
+    MaterialMap{&MaterialDescription::metallic_roughness_texture, &Material::metallic_roughness},
+    MaterialMap{&MaterialDescription::normal_texture, &Material::normal},
+    MaterialMap{&MaterialDescription::emissive_texture, &Material::emissive, true, false, false},
+    MaterialMap{&MaterialDescription::specular_texture, &Material::specular},
+    MaterialMap{&MaterialDescription::specular_color_texture, &Material::specular_color, true},
+    MaterialMap{&MaterialDescription::transmission_texture, &Material::transmission},
+    MaterialMap{&MaterialDescription::thickness_texture, nullptr},
+    MaterialMap{&MaterialDescription::anisotropy_texture, &Material::anisotropy},
+    MaterialMap{&MaterialDescription::clearcoat_texture, &Material::clearcoat, false, true},
+    MaterialMap{&MaterialDescription::clearcoat_roughness_texture, &Material::clearcoat_roughness,
+                false, true},
+    MaterialMap{&MaterialDescription::clearcoat_normal_texture, &Material::clearcoat_normal, false,
+                true},
+    MaterialMap{&MaterialDescription::sheen_color_texture, &Material::sheen_color, true, true},
+    MaterialMap{&MaterialDescription::sheen_roughness_texture, &Material::sheen_roughness, false,
+                true},
+    MaterialMap{&MaterialDescription::iridescence_texture, &Material::iridescence, false, true},
+    MaterialMap{&MaterialDescription::iridescence_thickness_texture,
+                &Material::iridescence_thickness, false, true},
+    MaterialMap{&MaterialDescription::diffuse_transmission_texture, &Material::diffuse_transmission,
+                false, true},
+    MaterialMap{&MaterialDescription::diffuse_transmission_color_texture,
+                &Material::diffuse_transmission_color, true, true},
+};
+
 }  // namespace core

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/materials/material.h"
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
@@ -97,26 +98,13 @@ class Builder {
     return out;
   }
 
-  void add_layers(const MaterialDescription& d, Material& m) {
-    m.has_layers = d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 ||
-                   d.diffuse_transmission > 0;
-    if (!m.has_layers) {
-      return;
-    }
-    m.clearcoat = slot(d.clearcoat_texture, false);
-    m.clearcoat_roughness = slot(d.clearcoat_roughness_texture, false);
-    m.clearcoat_normal = slot(d.clearcoat_normal_texture, false);
-    m.sheen_color = slot(d.sheen_color_texture, true);
-    m.sheen_roughness = slot(d.sheen_roughness_texture, false);
-    m.iridescence = slot(d.iridescence_texture, false);
-    m.iridescence_thickness = slot(d.iridescence_thickness_texture, false);
-    m.diffuse_transmission = slot(d.diffuse_transmission_texture, false);
-    m.diffuse_transmission_color = slot(d.diffuse_transmission_color_texture, true);
-    for (const TextureSlot* t :
-         {&m.clearcoat, &m.clearcoat_roughness, &m.clearcoat_normal, &m.sheen_color,
-          &m.sheen_roughness, &m.iridescence, &m.iridescence_thickness, &m.diffuse_transmission,
-          &m.diffuse_transmission_color}) {
-      m.has_texture = m.has_texture || t->texture != nullptr;
+  void add_maps(const MaterialDescription& d, Material& m) {
+    m.has_layers = has_layers(d);
+    for (const MaterialMap& map : kMaterialMaps) {
+      if (map.slot != nullptr && (m.has_layers || !map.is_layer)) {
+        m.*map.slot = slot(d.*map.description, map.is_color);
+        m.has_texture = m.has_texture || (map.is_shaded && (m.*map.slot).texture != nullptr);
+      }
     }
   }
 
@@ -126,34 +114,17 @@ class Builder {
     std::size_t number = 0;
     for (const MaterialDescription& d : from_.materials) {
       const std::string where = "/materials/" + std::to_string(number++);
-      for (const TextureDescription* t :
-           {&d.base_color_texture, &d.metallic_roughness_texture, &d.normal_texture,
-            &d.emissive_texture, &d.specular_texture, &d.specular_color_texture,
-            &d.transmission_texture, &d.anisotropy_texture, &d.clearcoat_texture,
-            &d.clearcoat_roughness_texture, &d.clearcoat_normal_texture, &d.sheen_color_texture,
-            &d.sheen_roughness_texture, &d.iridescence_texture, &d.iridescence_thickness_texture,
-            &d.diffuse_transmission_texture, &d.diffuse_transmission_color_texture}) {
-        if (t->image >= static_cast<int>(from_.images.size()) ||
-            (t->image >= 0 && from_.images[static_cast<std::size_t>(t->image)] == nullptr)) {
+      for (const MaterialMap& map : kMaterialMaps) {
+        const int image = map.slot != nullptr ? (d.*map.description).image : -1;
+        if (image >= static_cast<int>(from_.images.size()) ||
+            (image >= 0 && from_.images[static_cast<std::size_t>(image)] == nullptr)) {
           return Error{ErrorCode::kInvalidArgument,
                        "the material refers to an image that does not exist", where};
         }
       }
       Material m;
       m.factors = d;
-      m.base_color = slot(d.base_color_texture, true);
-      m.metallic_roughness = slot(d.metallic_roughness_texture, false);
-      m.normal = slot(d.normal_texture, false);
-      m.emissive = slot(d.emissive_texture, true);
-      m.specular = slot(d.specular_texture, false);
-      m.specular_color = slot(d.specular_color_texture, true);
-      m.transmission = slot(d.transmission_texture, false);
-      m.anisotropy = slot(d.anisotropy_texture, false);
-      m.has_texture = m.base_color.texture != nullptr || m.metallic_roughness.texture != nullptr ||
-                      m.normal.texture != nullptr || m.specular.texture != nullptr ||
-                      m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
-                      m.anisotropy.texture != nullptr;
-      add_layers(d, m);
+      add_maps(d, m);
       m.is_emissive = !is_black(d.unlit ? d.base_color : d.emissive);
       m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
       m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;

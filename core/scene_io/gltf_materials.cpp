@@ -1,13 +1,13 @@
 #include "core/scene_io/gltf_materials.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <set>
 #include <string>
 
+#include "core/materials/material.h"
 #include "core/scene_io/gltf_ior.h"
 #include "core/scene_io/gltf_model.h"
 
@@ -115,28 +115,10 @@ class MaterialReader {
 
   /// Any two sets of coordinates can be used by one material; their numbers become 0 and 1.
   Status number_uv_sets() {
-    std::array<TextureDescription*, 18> all = {&m_.base_color_texture,
-                                               &m_.metallic_roughness_texture,
-                                               &m_.normal_texture,
-                                               &m_.emissive_texture,
-                                               &m_.specular_texture,
-                                               &m_.specular_color_texture,
-                                               &m_.transmission_texture,
-                                               &m_.thickness_texture,
-                                               &m_.clearcoat_texture,
-                                               &m_.clearcoat_roughness_texture,
-                                               &m_.clearcoat_normal_texture,
-                                               &m_.sheen_color_texture,
-                                               &m_.sheen_roughness_texture,
-                                               &m_.iridescence_texture,
-                                               &m_.iridescence_thickness_texture,
-                                               &m_.anisotropy_texture,
-                                               &m_.diffuse_transmission_texture,
-                                               &m_.diffuse_transmission_color_texture};
     std::set<int> sets;
-    for (const TextureDescription* t : all) {
-      if (t->image >= 0) {
-        sets.insert(t->uv_set);
+    for (const MaterialMap& map : kMaterialMaps) {
+      if (const TextureDescription& t = m_.*map.description; t.image >= 0) {
+        sets.insert(t.uv_set);
       }
     }
     if (sets.empty() || *sets.rbegin() <= 1) {
@@ -150,8 +132,9 @@ class MaterialReader {
     }
     m_.occlusion_texture = {};  // a path tracer has no use for it
     m_.uv_sets = {*sets.begin(), sets.size() > 1 ? *sets.rbegin() : 0};
-    for (TextureDescription* t : all) {
-      t->uv_set = t->uv_set == m_.uv_sets[0] ? 0 : 1;
+    for (const MaterialMap& map : kMaterialMaps) {
+      int& set = (m_.*map.description).uv_set;
+      set = set == m_.uv_sets[0] ? 0 : 1;
     }
     return ok_status();
   }

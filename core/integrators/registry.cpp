@@ -140,8 +140,8 @@ constexpr std::array kIntegrators = {
         .prepass_bytes = &cache_bytes,
         .keeps_prepass = true,
         .compared_with = "path"},
-    // Replaced before an image is started (core/render/task/choose_integrator.h), so it has no
-    // factory; has the memory needs of all candidates.
+    // Replaced before an image is started (core/render/task/choose_integrator.h); has the memory
+    // needs of all candidates.
     IntegratorEntry{.name = kAutomaticIntegrator,
                     .summary = "path, bdpt or, without an error target, sppm, whichever is most "
                                "efficient in small pilot images; the job reports which, and why.",

@@ -177,7 +177,7 @@ struct LayerEntry {
   void (*fill_denoised)(const FilmSnapshot& film, const DenoisedLook& look,
                         std::span<float> out) = nullptr;
 };
-/// The table is in core/layers/layers.cpp.
+/// The table is in core/layers/layer_rows.cpp.
 std::span<const LayerEntry> layers();
 /// Returns null if there is no such row.
 const LayerEntry* find_layer(std::string_view name);

@@ -11,9 +11,8 @@ namespace {
 
 bool draws_hole(const SceneData& scene, PathState& path, const RawHit& hit,
                 const Ray& ray) noexcept {
-  const float coverage = scene.coverage(hit, ray);
-  return coverage < 1 &&
-         !(coverage > 0 && path.sampler.extra_1d(path.depth, path.alpha_tests++) < coverage);
+  return passes_hole(scene.coverage(hit, ray),
+                     [&path] { return path.sampler.extra_1d(path.depth, path.alpha_tests++); });
 }
 
 }  // namespace

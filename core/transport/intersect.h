@@ -23,4 +23,11 @@ bool reach(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept
 /// A ray past a surface, at which it changes nothing.
 Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept;
 
+/// Returns whether a ray passes a surface with this coverage by a hole. draw(): the random number
+/// of the hit, drawn only where both are possible.
+template <typename Draw>
+bool passes_hole(float coverage, Draw&& draw) noexcept {
+  return coverage < 1 && !(coverage > 0 && draw() < coverage);
+}
+
 }  // namespace core

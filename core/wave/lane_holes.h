@@ -56,8 +56,9 @@ template <typename Draw>
       const auto k = static_cast<std::size_t>(std::countr_zero(unknown));
       const float coverage = surfaces.coverage(packet.hit(k), packet.ray(k));
       // Where solids have holes, the number depends on whether the hit is of a solid.
-      const bool is_hole = coverage < 1 && (scene.has_solid_holes ||
-                                            !(coverage > 0 && draw(k, draws[k]++) < coverage));
+      const bool is_hole = scene.has_solid_holes
+                               ? coverage < 1
+                               : passes_hole(coverage, [&] { return draw(k, draws[k]++); });
       holes |= (is_hole ? 1U : 0U) << k;
     }
     all |= holes;

@@ -1,7 +1,6 @@
 /// Flags that describe a job, shared by `render` and `submit`.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,11 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/cli/look_flags.h"
+#include "clients/cli/member_flags.h"
 #include "core/base/result.h"
 
 namespace cli {
-
-using Json = nlohmann::ordered_json;
 
 struct JobFlags {
   std::string scene;        ///< built-in name, scene id, or a file; empty: the job file's
@@ -25,47 +23,16 @@ struct JobFlags {
   LookFlags look;           ///< of the output
   std::string environment;  ///< .hdr or .exr file; empty: none
   std::string job_file;
-  std::optional<int> samples_per_pixel;
-  std::optional<double> relative_error;
-  std::optional<double> denoised_error;
-  std::optional<double> meter_error;
-  std::optional<double> light_not_found;
-  std::optional<double> seconds;
-  std::optional<double> cpu_seconds;
+  MemberValues members;             ///< of the flags of member_flags.h
   std::optional<std::string> size;  ///< "640x360", checked by the parser
   std::optional<std::string> camera;
   std::vector<double> position;  ///< three metres each, or empty
   std::vector<double> target;
-  std::vector<double> orbit;  ///< theta and phi in degrees, and the radius in metres; or empty
-  std::optional<double> fov_degrees;
-  std::optional<double> aperture_radius_m;
-  std::optional<double> focus_distance_m;
-  std::optional<std::string> variant;
-  std::optional<double> shutter_seconds;
-  std::vector<int> crop;  ///< x, y, width, height in pixels; or empty
-  std::optional<double> environment_rotation_degrees;
-  std::optional<double> environment_intensity;
-  bool is_transparent = false;
-  bool has_opaque_glass = false;
-  std::optional<std::string> preset;      ///< of the environment
-  std::vector<std::string> sun;           ///< latitude, longitude, time; or empty
+  std::vector<double> orbit;     ///< theta and phi in degrees, and the radius in metres; or empty
+  std::vector<int> crop;         ///< x, y, width, height in pixels; or empty
+  std::vector<std::string> sun;  ///< latitude, longitude, time; or empty
   std::optional<std::string> background;  ///< a type, or a colour as six digits of sRGB
-  std::optional<std::string> ground;
-  std::optional<double> ground_height;
-  std::optional<double> ground_reflection;
-  std::optional<std::string> shadow;
-  std::optional<double> shadow_strength;
-  std::optional<double> shadow_softness;
-  std::optional<std::string> integrator;
-  std::optional<std::string> sampler;
-  std::optional<std::string> light_sampler;
-  std::optional<std::string> mis;
-  std::optional<std::string> roulette;
   std::optional<int> split;
-  std::optional<std::string> control_variate;
-  std::optional<std::string> adaptive;
-  bool is_spectral = false;
-  std::optional<std::uint64_t> seed;
   int threads = 0;
   bool strict = false;  ///< refuse files that would be mended
   bool json = false;

@@ -13,6 +13,7 @@
 #include "api/answers/job_view.h"
 #include "api/answers/matte_manifest.h"
 #include "api/job/light_exposure.h"
+#include "api/json/schemas.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
 #include "clients/cli/files.h"
@@ -469,13 +470,27 @@ void print_builtin_scenes() {
   throw CLI::Success();
 }
 
+/// Adds the members of an object of the job request, as --set names them.
+void add_members(const Json& schema, const std::string& path, std::vector<std::string>& names) {
+  for (const auto& [name, member] : schema.at("properties").items()) {
+    if (member.contains("properties")) {
+      add_members(member, path + name + ".", names);
+    } else {
+      names.push_back(path + name + "=");
+    }
+  }
+}
+
 /// Returns the choices of job options, and of options by which client verbs select jobs and images.
 Choices choices() {
   std::vector<std::string> states;
   for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
     states.emplace_back(api::to_text(static_cast<api::JobState>(state)));
   }
-  return {{"--integrator", names_of(core::integrators())},
+  std::vector<std::string> members;
+  add_members(api::job_request_schema(), "", members);
+  return {{"--set", std::move(members)},
+          {"--integrator", names_of(core::integrators())},
           {"--sampler", names_of(core::samplers())},
           {"--light-sampler", names_of(core::light_samplers())},
           {"--mis", names_of(core::mis_types())},

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "api/json/limits.h"
 #include "clients/cli/api_client.h"
 #include "clients/cli/command.h"
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/member_flags.h"
 #include "clients/cli/progress.h"
 
 namespace cli {
@@ -130,46 +130,20 @@ int show_job(const ServerFlags& server, const std::string& id, bool as_json) {
 struct ExtendFlags {
   ServerFlags server;
   std::string id;
-  std::optional<int> samples_per_pixel;
-  std::optional<double> relative_error;
-  std::optional<double> denoised_error;
-  std::optional<double> meter_error;
-  std::optional<double> light_not_found;
-  std::optional<double> seconds;
-  std::optional<double> cpu_seconds;
+  MemberValues rules;
 };
 
 int extend_job(const ExtendFlags& flags) {
-  Json stop = Json::object();
-  if (flags.samples_per_pixel) {
-    stop["samples_per_pixel"] = *flags.samples_per_pixel;
-  }
-  if (flags.relative_error) {
-    stop["relative_error"] = *flags.relative_error;
-  }
-  if (flags.denoised_error) {
-    stop["denoised_error"] = *flags.denoised_error;
-  }
-  if (flags.meter_error) {
-    stop["meter_error"] = *flags.meter_error;
-  }
-  if (flags.light_not_found) {
-    stop["light_not_found"] = *flags.light_not_found;
-  }
-  if (flags.seconds) {
-    stop["seconds"] = *flags.seconds;
-  }
-  if (flags.cpu_seconds) {
-    stop["cpu_seconds"] = *flags.cpu_seconds;
-  }
-  if (stop.empty()) {
+  if (flags.rules.empty()) {
     complain("extend", Error{ErrorCode::kInvalidArgument,
                              "give at least one of --samples, --relative-error, --denoised-error, "
                              "--meter-error, --light-not-found, --seconds or --cpu-seconds",
                              ""});
     return kWrongUsage;
   }
-  const std::string body = Json{{"stop", stop}}.dump();
+  Json request = Json::object();
+  put(request, flags.rules);
+  const std::string body = request.dump();
   return each_job("extend", flags.server, {flags.id},
                   [&](ApiClient& client, const std::string& path) {
                     return client.post(path + "/extend", body, "application/json");
@@ -208,34 +182,13 @@ int delete_jobs(const Args& args) {
 }
 
 int extend(const Args& args) {
-  namespace limits = api::limits;
-  CLI::App app("Extends a finished job to more samples, a lower error or more time.",
-               "tessera extend");
+  CLI::App app(
+      "Extends a finished job to more samples, a lower error or more time; all rules count from "
+      "the beginning of the job.",
+      "tessera extend");
   ExtendFlags flags;
   app.add_option("id", flags.id, "Job")->required()->type_name("ID");
-  app.add_option("--samples,--spp", flags.samples_per_pixel, "Samples per pixel in total")
-      ->check(within(1, limits::kSamplesPerPixel))
-      ->type_name("N");
-  app.add_option("--relative-error", flags.relative_error, "Relative error: 0.02, or 2%")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
-      ->type_name("E");
-  app.add_option("--denoised-error", flags.denoised_error, "Relative error of the denoised image")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
-      ->type_name("E");
-  app.add_option("--meter-error", flags.meter_error,
-                 "Width of the interval of every meter point, relative to its reading")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
-      ->type_name("E");
-  app.add_option("--light-not-found", flags.light_not_found,
-                 "Fraction of the light that may be missing: 0.02, or 2%")
-      ->transform(share_within(limits::kRelativeErrorMin, limits::kRelativeErrorMax))
-      ->type_name("F");
-  app.add_option("--seconds", flags.seconds, "Seconds of rendering in total")
-      ->check(above_zero(limits::kStopSeconds))
-      ->type_name("S");
-  app.add_option("--cpu-seconds", flags.cpu_seconds, "CPU seconds of rendering in total")
-      ->check(above_zero(limits::kStopCpuSeconds))
-      ->type_name("S");
+  add_member_flags(app, stop_flags(), flags.rules, /*has_standards=*/false);
   add_server_flags(app, flags.server);
   return parse_and_run(app, args, [&] { return extend_job(flags); });
 }

@@ -144,6 +144,26 @@ class CommandLine(ApiTest):
         self.assertIn("1.5 is outside [0, 1]", said)
         self.assertEqual(self.outcome("submit", "glass", "--ground-reflection", "x")[0], 2)
 
+    def test_any_member_of_the_request_can_be_set(self):
+        code, printed, said = tessera(
+            "submit", "glass", "--spp", "1", "--size", "32x32", "--json", "--set",
+            "integrator.max_depth=4", "--set", "film.filter.radius=2", "--set", "variant=oak",
+            *self.server_flags)
+        self.assertEqual(code, 1, printed)  # the scene has no variants
+        self.assertIn("/variant", said)
+        code, printed, said = tessera(
+            "submit", "glass", "--spp", "1", "--size", "32x32", "--json", "--set",
+            "integrator.max_depth=4", "--set", "film.filter.radius=2", *self.server_flags)
+        self.assertEqual(code, 0, said)
+        spec = json.loads(printed)["spec"]
+        self.assertEqual((spec["integrator"]["max_depth"], spec["film"]["filter"]["radius"],
+                          spec["film"]["width"]), (4, 2, 32))
+        code, said = self.outcome("render", "glass", "--set", "integrator.depth=4")
+        self.assertNotEqual(code, 0)
+        self.assertIn("/integrator/depth", said)
+        choices = json.loads(tessera("render", "--describe")[1])["choices"]["--set"]
+        self.assertIn("ground.shadow.softness=", choices)
+
     def test_tells_the_error_and_the_radius_of_sppm(self):
         wanted = job_body(samples=6)
         for integrator in ("sppm", "path"):

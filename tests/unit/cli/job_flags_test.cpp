@@ -2,11 +2,15 @@
 
 #include <cstdio>
 #include <fstream>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "api/json/schemas.h"
 #include "clients/cli/command.h"
 
 namespace {
@@ -27,55 +31,75 @@ class TemporaryFile {
   std::string path_;
 };
 
-TEST(MakeRequest, ContainsOnlyTheSceneWithoutFlags) {
+/// The request of a command line.
+cli::Json request_of(const std::vector<std::string>& args) {
+  CLI::App app;
   cli::JobFlags flags;
-  flags.scene = "glass";
-  EXPECT_EQ(cli::make_request(flags)->dump(), R"({"scene":"glass"})");
+  cli::add_job_flags(app, flags, "scene");
+  EXPECT_EQ(cli::parse_and_run(app, args, [] { return 0; }), cli::kDone);
+  const auto request = cli::make_request(flags);
+  EXPECT_TRUE(request);
+  return request ? *request : cli::Json();
+}
+
+/// Members in any order.
+void expect_request(const std::vector<std::string>& args, const char* expected) {
+  EXPECT_EQ(nlohmann::json(request_of(args)), nlohmann::json::parse(expected));
+}
+
+TEST(MakeRequest, ContainsOnlyTheSceneWithoutFlags) {
+  expect_request({"glass"}, R"({"scene":"glass"})");
 }
 
 TEST(MakeRequest, EveryFlagHasItsMember) {
-  cli::JobFlags flags;
-  flags.scene = "glass";
-  flags.samples_per_pixel = 64;
-  flags.relative_error = 0.02;
-  flags.seconds = 5;
-  flags.size = "640x360";
-  flags.camera = "left";
-  flags.integrator = "path";
-  flags.sampler = "independent";
-  flags.light_sampler = "ris";
-  flags.roulette = "none";
-  flags.split = 2;
-  flags.seed = 7;
-  EXPECT_EQ(cli::make_request(flags)->dump(),
-            R"({"scene":"glass","film":{"width":640,"height":360},"camera":{"name":"left"},)"
-            R"("integrator":{"type":"path"},"sampler":{"type":"independent"},)"
-            R"("light_sampler":{"type":"ris"},"estimator":{"roulette":{"type":"none"},)"
-            R"("splitting":{"type":"fixed","count":2}},"seed":7,)"
-            R"("stop":{"samples_per_pixel":64,"relative_error":0.02,"seconds":5.0}})");
+  expect_request({"glass", "--spp=64", "--relative-error=2%", "--seconds=5", "--size=640x360",
+                  "--camera=left", "--integrator=path", "--sampler=independent",
+                  "--light-sampler=ris", "--roulette=none", "--split=2", "--seed=7",
+                  "--aperture=0.5", "--transparent", "--spectral", "--shadow-strength=0.25"},
+                 R"({"scene":"glass","film":{"width":640,"height":360},)"
+                 R"("camera":{"name":"left","aperture_radius":0.5},)"
+                 R"("integrator":{"type":"path"},"sampler":{"type":"independent"},)"
+                 R"("light_sampler":{"type":"ris"},"estimator":{"roulette":{"type":"none"},)"
+                 R"("splitting":{"type":"fixed","count":2}},"seed":7,"spectral":true,)"
+                 R"("environment":{"visible":false},"ground":{"shadow":{"strength":0.25}},)"
+                 R"("stop":{"samples_per_pixel":64,"relative_error":0.02,"seconds":5}})");
 }
 
 TEST(MakeRequest, WeightsAndControlVariatesAreTypesOfTheEstimator) {
-  cli::JobFlags flags;
-  flags.scene = "glass";
-  flags.mis = "optimal";
-  flags.control_variate = "none";
-  EXPECT_EQ(cli::make_request(flags)->dump(),
-            R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},)"
-            R"("control_variate":{"type":"none"}}})");
+  expect_request({"glass", "--mis=optimal", "--control-variate=none"},
+                 R"({"scene":"glass","estimator":{"mis":{"type":"optimal"},)"
+                 R"("control_variate":{"type":"none"}}})");
+}
+
+TEST(MakeRequest, AnyMemberCanBeSet) {
+  expect_request({"glass", "--set", "integrator.max_depth=4", "--set", "units=lux", "--set",
+                  "film=null", "--set=ground.shadow.softness=0.5"},
+                 R"({"scene":"glass","integrator":{"max_depth":4},"units":"lux","film":null,)"
+                 R"("ground":{"shadow":{"softness":0.5}}})");
+}
+
+// Options and members of the API cannot diverge: each pointer is a member of its schema.
+TEST(JobFlags, AreMembersOfTheRequest) {
+  const nlohmann::json schema = api::job_request_schema();
+  for (const auto flags : {cli::stop_flags(), cli::view_flags(), cli::method_flags()}) {
+    for (const cli::MemberFlag& flag : flags) {
+      std::string path = flag.pointer;
+      for (std::size_t at = 0; (at = path.find('/', at)) != std::string::npos;) {
+        path.replace(at, 1, "/properties/");
+        at += std::string_view("/properties/").size();
+      }
+      EXPECT_TRUE(schema.contains(nlohmann::json::json_pointer(path))) << flag.names;
+    }
+  }
 }
 
 TEST(MakeRequest, FlagsOverrideTheJobFileAndKeepTheRest) {
   const TemporaryFile file(
       R"({"scene":"interior","film":{"width":10,"height":20,"filter":{"type":"box"}},)"
       R"("camera":{"index":2}})");
-  cli::JobFlags flags;
-  flags.job_file = file.path();
-  flags.size = "30x40";
-  flags.camera = "right";
-  EXPECT_EQ(cli::make_request(flags)->dump(),
-            R"({"scene":"interior","film":{"width":30,"height":40,"filter":{"type":"box"}},)"
-            R"("camera":{"name":"right"}})");
+  expect_request({"--job", file.path(), "--size=30x40", "--camera=right"},
+                 R"({"scene":"interior","film":{"width":30,"height":40,"filter":{"type":"box"}},)"
+                 R"("camera":{"name":"right"}})");
 }
 
 TEST(MakeRequest, RequiresAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
@@ -98,11 +122,28 @@ TEST(ParseAndRun, WrongUsageExitsWithTwoAndHelpWithZero) {
   testing::internal::CaptureStdout();
   EXPECT_EQ(cli::parse_and_run(app, {"--help"}, body), cli::kDone);
   testing::internal::GetCapturedStdout();
-  for (const char* wrong :
-       {"--size=3", "--size=0xAx1", "--size=0x10", "--size=16385x1", "--size=16384x16384",
-        "--spp=many", "--spp=0", "--spp=-1", "--spp=65537", "--relative-error=0",
-        "--relative-error=few%", "--relative-error=101%", "--relative-error=5", "--seconds=0",
-        "--seconds=604801", "--split=65", "--seed=-1", "--threads=1025", "--nonsense"}) {
+  for (const char* wrong : {"--size=3",
+                            "--size=0xAx1",
+                            "--size=0x10",
+                            "--size=16385x1",
+                            "--size=16384x16384",
+                            "--spp=many",
+                            "--spp=0",
+                            "--spp=-1",
+                            "--spp=65537",
+                            "--relative-error=0",
+                            "--relative-error=few%",
+                            "--relative-error=101%",
+                            "--relative-error=5",
+                            "--seconds=0",
+                            "--seconds=604801",
+                            "--split=65",
+                            "--seed=-1",
+                            "--threads=1025",
+                            "--focus=0",
+                            "--rotation=east",
+                            "--set=seed",
+                            "--nonsense"}) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
     EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());
@@ -124,12 +165,8 @@ TEST(JobFlags, AcceptsARelativeErrorAsAPercentage) {
   for (const auto& [text, value] :
        {std::pair("5%", 0.05), std::pair("0.05", 0.05), std::pair("12.5%", 0.125),
         std::pair("100%", 1.0), std::pair("1e-3%", 1e-5)}) {
-    CLI::App app;
-    cli::JobFlags flags;
-    cli::add_job_flags(app, flags, "scene");
-    EXPECT_EQ(cli::parse_and_run(app, {"--relative-error", text}, [] { return 0; }), cli::kDone)
+    EXPECT_EQ(request_of({"glass", "--relative-error", text})["stop"]["relative_error"], value)
         << text;
-    EXPECT_EQ(flags.relative_error, value) << text;
   }
 }
 

@@ -53,6 +53,24 @@ test('a look is saved as a preset and used for another model', { timeout: 120_00
   }),
 );
 
+test('members without a field of their own can be set', { timeout: 120_000 }, () =>
+  withPage(async (page) => {
+    await page.getByText('Advanced settings').click();
+    const set = async (name, value) => {
+      await page.getByLabel('Other setting').selectOption(name);
+      await page.getByLabel(name, { exact: true }).fill(value);
+    };
+    await set('retention_seconds', '60');
+    await set('film.filter.radius', '2');
+    const help = await page.getByTestId('other-settings').textContent();
+    assert.match(help, /Time after its end at which the job and its files are deleted/);
+    const body = await requested(page);
+    assert.equal(body.retention_seconds, 60);
+    assert.equal(body.film.filter.radius, 2);
+    assert.equal(body.film.width, 960);
+  }),
+);
+
 test('an environment map that was sent can be chosen again', { timeout: 120_000 }, () =>
   withPage(async (page) => {
     await drop(page, [{ name: 'hall.hdr', bytes: panorama() }]);

@@ -4,6 +4,7 @@ import { useStore } from '../../ui/store';
 import { Field, NumberInput, refusalsAt } from '../field';
 import { change, form, refusals, type FormValues } from './form_model';
 import { IntegratorOptions } from './integrator_options';
+import { OtherSettings } from './other_settings';
 import { isAnimated, sceneDetails } from './scene_source';
 
 /** An entry of the server's lists; if only its name is known, the rest is omitted. */
@@ -207,6 +208,7 @@ function AdvancedBody({ info }: { info: Server | null }) {
       <p class="hint">
         The same seed gives exactly the same image. A different seed gives different noise.
       </p>
+      <OtherSettings info={info} />
     </div>
   );
 }

@@ -3,6 +3,7 @@ import { RequestError } from '../../api/client';
 import { rounded } from '../../ui/format';
 import { Store } from '../../ui/store';
 import { hasArea, planeOf, pointsIn, type MeterGrid } from './meter_model';
+import { isMembers, type Members } from './request_texts';
 import { withReused, type Reused } from './reused_settings';
 import { perUnit, rulesFor } from './stop_rules';
 
@@ -123,6 +124,8 @@ export interface FormValues {
   dayMinutes: number;
   /** Selected estimator options: group to option name. */
   options: Record<string, string>;
+  /** Members of the request without a field of their own: name to value, as JSON or a text. */
+  others: Record<string, string>;
   /** Settings of the render that was used to fill in the form. */
   reused: Reused | null;
 }
@@ -189,6 +192,7 @@ export const initial: FormValues = {
   framesPerSecond: 24,
   dayMinutes: 0,
   options: {},
+  others: {},
   reused: null,
 };
 
@@ -289,7 +293,27 @@ export function formRequest(v: FormValues, offered: Offered = []): Record<string
     };
   const chosen = new Set(Object.values(v.options));
   for (const option of offered) if (chosen.has(option.name)) merge(request, option.patch);
+  for (const [name, text] of Object.entries(v.others))
+    if (text) put(request, name.split('.'), valueOf(text));
   return request;
+}
+
+function put(target: Record<string, unknown>, [key, ...inner]: string[], value: unknown): void {
+  if (!inner.length) {
+    target[key!] = value;
+    return;
+  }
+  const own = isMembers(target[key!]) ? { ...(target[key!] as Members) } : {};
+  target[key!] = own;
+  put(own, inner, value);
+}
+
+function valueOf(text: string): unknown {
+  try {
+    return JSON.parse(text) as unknown;
+  } catch {
+    return text;
+  }
 }
 
 /** The chosen rules that apply to what the job makes. */

@@ -26,6 +26,12 @@ PREFIX = "#/components/schemas/"
 # Components, with their parts, whose names come from registries that differ between builds, so any
 # text is allowed.
 OPEN_NAMES = ("JobRequest", "JobPatch", "ExtendRequest", "JobSpec", "JobDefaults", "LabRequest")
+# Components and parts of the same names hold the same settings, with other members required.
+FAMILY = re.compile("^(JobRequest|JobSpec|JobDefaults|JobPatch|ExtendRequest)")
+
+
+def are_twins(one, other):
+    return FAMILY.sub("", one) == FAMILY.sub("", other)
 
 
 def words(schema):
@@ -48,6 +54,7 @@ class Language:
     def __init__(self, schemas):
         self.schemas = schemas
         self.names_are_open = False
+        self.records = {}  # earlier ones, by name
 
     def type_of(self, schema):
         """The type of a value; objects with members are components."""
@@ -120,9 +127,64 @@ class TypeScript(Language):
     def component(self, name, schema):
         self.names_are_open = name.startswith(OPEN_NAMES)
         text = self.comment(schema, "")
-        if is_record(schema):
-            return f"{text}export interface {name} {{\n{self.members(schema)}}}\n"
-        return text + self.statement(f"export type {name} =", self.type_of(schema))
+        if not is_record(schema):
+            return text + self.statement(f"export type {name} =", self.type_of(schema))
+        whole = f"export interface {name} {{\n{self.members(schema)}}}\n"
+        short = min([whole, *self.shorter(name, schema)], key=lambda each: each.count("\n"))
+        self.records[name] = (schema, self.types(schema))
+        return text + short
+
+    def types(self, schema):
+        return {name: self.type_of(member) for name, member in schema["properties"].items()}
+
+    def shorter(self, name, schema):
+        """The interface as members of an earlier one, and its own."""
+        types = self.types(schema)
+        required = set(schema.get("required", []))
+        for base, (of_base, base_types) in self.records.items():
+            is_twin = are_twins(base, name)
+
+            def is_shared(member, of_base=of_base, base_types=base_types, is_twin=is_twin):
+                if base_types.get(member) != types[member]:
+                    return False
+                text = words(schema["properties"][member])
+                return is_twin or (text and text == words(of_base["properties"][member]))
+
+            shared = [member for member in types if is_shared(member)]
+            if len(shared) < (1 if is_twin else 3):
+                continue
+            base_required = set(of_base.get("required", []))
+            parts = []
+            for is_required, change in ((True, "Required"), (False, "Partial")):
+                some = [member for member in shared if (member in required) == is_required]
+                if some:
+                    picked = self.picked(base, base_types, some)
+                    is_same = all((member in base_required) == is_required for member in some)
+                    parts.append(picked if is_same else f"{change}<{picked}>")
+            own = {
+                member: inner
+                for member, inner in schema["properties"].items()
+                if member not in shared
+            }
+            body = self.members({**schema, "properties": own})
+            end = "{\n" + body + "}\n" if own else "{}\n"
+            head = f"export interface {name} extends {', '.join(parts)} "
+            if len(head) + 2 > WIDTH:
+                lines = ",\n".join(textwrap.indent(part, "    ") for part in parts)
+                head = f"export interface {name} extends\n{lines} "
+            yield head + end
+
+    @staticmethod
+    def picked(base, base_types, members):
+        """Those members of an interface."""
+        left = [member for member in base_types if member not in members]
+        if not left:
+            return base
+        way, names = ("Omit", left) if len(left) < len(members) else ("Pick", members)
+        line = f"{way}<{base}, {' | '.join(repr(name) for name in names)}>"
+        if len(line) + 16 <= WIDTH:
+            return line
+        return f"{way}<\n  {base},\n" + "".join(f"  | {name!r}\n" for name in names) + ">"
 
     def document(self):
         head = (
@@ -161,11 +223,17 @@ class Python(Language):
 
     def record(self, name, schema):
         """A TypedDict. Members that are keywords go into a base class of another syntax."""
-        required = schema.get("required", [])
-        base, text, words_of_python = "TypedDict", "", []
-        for member, inner in schema["properties"].items():
-            made = self.type_of(inner)
-            made = made if member in required else f"NotRequired[{made}]"
+        types = self.types(schema)
+        base, inherited = "TypedDict", {}
+        for twin, of_twin in self.records.items():
+            if are_twins(twin, name) and of_twin.items() <= types.items():
+                base, inherited = twin, of_twin
+                break
+        self.records[name] = types
+        text, words_of_python = "", []
+        for member, made in types.items():
+            if member in inherited:
+                continue
             if keyword.iskeyword(member):
                 words_of_python.append(f'"{member}": "{made}"')
             else:
@@ -178,6 +246,14 @@ class Python(Language):
         doc = self.doc(schema)
         body = doc + text if text else doc.rstrip("\n") + "\n" if doc else "    pass\n"
         return f"{base_text}class {name}({base}):\n{body}"
+
+    def types(self, schema):
+        made = {member: self.type_of(inner) for member, inner in schema["properties"].items()}
+        required = schema.get("required", [])
+        return {
+            member: text if member in required else f"NotRequired[{text}]"
+            for member, text in made.items()
+        }
 
     def annotation(self, name, made):
         line = f"    {name}: {made}\n"

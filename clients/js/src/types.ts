@@ -28,7 +28,8 @@ export interface JobRequestCameraPose {
    * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
    * extrinsics): a rotation and the camera's position.
    */
-  matrix: number[];
+  matrix:
+    | [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
 }
 
 /** Lens distortion of a pinhole camera. */
@@ -573,49 +574,12 @@ export interface JobRequest {
 }
 
 /** Rules to change; null removes one, others are kept. */
-export interface JobPatchStop {
-  /**
-   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
-   * to a count that the sampler supports. Default: 256.
-   */
-  samples_per_pixel?: number | null;
-  /** Stop when the relative error is at most this, with `confidence`. */
-  relative_error?: number | null;
-  /**
-   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-   */
-  denoised_error?: number | null;
-  /**
-   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
-   * Default: 0.95.
-   */
-  confidence?: number;
-  /** Region whose error must reach the target. Default: "image". */
-  scope?: string;
-  /** Stop after this many seconds of rendering, without pauses and downtime. */
-  seconds?: number | null;
-  /** Stop after this many CPU seconds of rendering, summed over all threads. */
-  cpu_seconds?: number | null;
-  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
-  meter_error?: number | null;
-  /**
-   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
-   * denoised_error or meter_error: these end the job only then.
-   */
-  light_not_found?: number | null;
-  /** Stop at this time (RFC 3339). */
-  deadline?: string | null;
-}
+export interface JobPatchStop extends JobRequestStop {}
 
 /** A merge patch (RFC 7396) of the changeable members. */
-export interface JobPatch {
-  /** Higher values are served first. */
-  priority?: number;
+export interface JobPatch extends Pick<JobRequest, 'priority' | 'name'> {
   /** Labels to set; null removes one, others are kept. */
   labels?: Record<string, string | null>;
-  /** Display name. */
-  name?: string;
   /** Rules to change; null removes one, others are kept. */
   stop?: JobPatchStop;
   /** True pauses, false resumes. */
@@ -631,40 +595,7 @@ export interface SceneFromAssets {
 }
 
 /** The new rules; they replace the old ones. */
-export interface ExtendRequestStop {
-  /**
-   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
-   * to a count that the sampler supports.
-   */
-  samples_per_pixel?: number | null;
-  /** Stop when the relative error is at most this, with `confidence`. */
-  relative_error?: number | null;
-  /**
-   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-   */
-  denoised_error?: number | null;
-  /**
-   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
-   * Default: 0.95.
-   */
-  confidence?: number;
-  /** Region whose error must reach the target. Default: "image". */
-  scope?: string;
-  /** Stop after this many seconds of rendering, without pauses and downtime. */
-  seconds?: number | null;
-  /** Stop after this many CPU seconds of rendering, summed over all threads. */
-  cpu_seconds?: number | null;
-  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
-  meter_error?: number | null;
-  /**
-   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
-   * denoised_error or meter_error: these end the job only then.
-   */
-  light_not_found?: number | null;
-  /** Stop at this time (RFC 3339). */
-  deadline?: string | null;
-}
+export interface ExtendRequestStop extends JobRequestStop {}
 
 /** New stop rules for a finished job. */
 export interface ExtendRequest {
@@ -694,12 +625,6 @@ export interface PresetRequest {
    * the image as it is, if every pixel has a sample, or 503. Default: 2.
    */
   deadline_seconds?: number;
-  /**
-   * The model has the same size at every theta, for images that turn it: the least distance at
-   * which 8% of each side are free from all around. Otherwise each angle has its own. Default:
-   * false.
-   */
-  turntable?: boolean;
 }
 
 /** A preset. */
@@ -718,11 +643,6 @@ export interface Preset {
    * the image as it is, if every pixel has a sample, or 503.
    */
   deadline_seconds: number;
-  /**
-   * The model has the same size at every theta, for images that turn it: the least distance at
-   * which 8% of each side are free from all around. Otherwise each angle has its own.
-   */
-  turntable: boolean;
   name: string;
 }
 
@@ -814,289 +734,117 @@ export type JobState =
   | 'cancelled';
 
 /** Position on a sphere around the target, instead of position and target. */
-export interface JobSpecCameraOrbit {
-  /** Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z). */
-  theta_degrees: number;
-  /** Angle from +y: 0 looks down from above, 90 is level. */
-  phi_degrees: number;
-  /** Distance from the target, metres; 'auto': the whole scene is in view. */
-  radius: string | number;
-  /** Point that the camera looks at, metres; 'auto': the centre of the scene's box. */
-  target: string | [number, number, number];
-}
+export interface JobSpecCameraOrbit extends Required<JobRequestCameraOrbit> {}
 
 /** Position and rotation as a matrix, instead of position, target and up. */
-export interface JobSpecCameraPose {
-  /** Axes of the camera. The world's are always those of the scene, y up. */
-  convention: string;
-  /**
-   * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
-   * extrinsics): a rotation and the camera's position.
-   */
-  matrix: number[];
-}
+export interface JobSpecCameraPose extends Required<JobRequestCameraPose> {}
 
 /** Lens distortion of a pinhole camera. */
-export interface JobSpecCameraDistortion {
-  /** Formula. */
-  model: string;
-  /** Coefficients in OpenCV's order: 4, 5, 8 or 12 for opencv, 4 for fisheye. */
-  k: number[];
-}
+export interface JobSpecCameraDistortion extends Required<JobRequestCameraDistortion> {}
 
 /**
  * Null members keep the value of the file's camera, selected by name or index, otherwise the first.
  */
-export interface JobSpecCamera {
-  /** Name of the file's camera. */
-  name: string | null;
-  /** Index of the file's camera; excludes name. */
-  index: number | null;
-  /**
-   * Camera position in world space, metres. Requires target; together they replace the file's pose.
-   */
-  position: [number, number, number] | null;
-  /** Point that the camera looks at, in world space, metres. */
-  target: [number, number, number] | null;
-  /** Up direction; [0, 1, 0] if position and target are given without it. */
-  up: [number, number, number] | null;
+export interface JobSpecCamera extends
+    Required<Pick<
+      JobRequestCamera,
+      | 'name'
+      | 'index'
+      | 'position'
+      | 'target'
+      | 'up'
+      | 'vertical_fov_degrees'
+      | 'aperture_radius'
+      | 'focus_distance'
+    >>,
+    Pick<
+      JobRequestCamera,
+      | 'type'
+      | 'orthographic_height'
+      | 'shift'
+      | 'fx'
+      | 'fy'
+      | 'cx'
+      | 'cy'
+    > {
   /** Position on a sphere around the target, instead of position and target. */
   orbit?: JobSpecCameraOrbit | null;
   /** Position and rotation as a matrix, instead of position, target and up. */
   pose?: JobSpecCameraPose | null;
-  /** Projection; by default the file camera's, and perspective where the pose is given. */
-  type?: string;
-  /**
-   * Height of an orthographic view, metres; null: the file camera's, or what a perspective camera
-   * sees at the target's distance.
-   */
-  orthographic_height?: number | null;
-  /** Vertical field of view, degrees; perspective cameras only. */
-  vertical_fov_degrees: number | null;
-  /**
-   * Lens shift of a perspective camera: how far the view moves to the right and up, in widths and
-   * heights of the film. Verticals stay vertical.
-   */
-  shift?: [number, number] | null;
-  /** Focal length of a pinhole camera, in pixels of the full film. */
-  fx?: number | null;
-  /** The same along y; null: fx. */
-  fy?: number | null;
-  /**
-   * Principal point of a pinhole camera, in pixels; null: the film's centre. Pixel 0 goes from 0 to
-   * 1, as in COLMAP and nerfstudio: add 0.5 to OpenCV's cx and cy, which count from the centre of
-   * pixel 0.
-   */
-  cx?: number | null;
-  /** The same along y, downwards. */
-  cy?: number | null;
   /** Lens distortion of a pinhole camera. */
   distortion?: JobSpecCameraDistortion | null;
-  /** Radius of the lens, metres; 0 is a pinhole. */
-  aperture_radius: number | null;
-  /** Distance of the plane in focus, metres. */
-  focus_distance: number | null;
 }
 
 /**
  * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
  * null: none.
  */
-export interface JobSpecMedium {
-  /** Kind of medium. */
-  type: string;
-  /** Coefficient in 1/m, linear RGB. */
-  scattering: [number, number, number];
-  /** Coefficient in 1/m, linear RGB. */
-  absorption: [number, number, number];
-  /**
-   * Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 forward.
-   */
-  g: number;
-  /** Density is proportional to exp(-height_falloff y); the coefficients are those at y = 0. */
-  height_falloff: number;
-}
+export interface JobSpecMedium extends Required<JobRequestMedium> {}
 
 /**
  * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's own,
  * if it has one; otherwise white, unless the scene has a punctual light or an emissive strength
  * above 1.
  */
-export interface JobSpecEnvironment {
-  /** Asset with an equirectangular image (.hdr, .exr) in cd/m2; null: one colour. */
-  asset: string | null;
-  /** Procedural studio light, as strong as a white environment of 1 cd/m2; instead of an asset. */
-  preset?: string;
-  /**
-   * Sun and clear sky for a location and time, in cd/m2 (683 lm/W): at noon they light level ground
-   * with about 100,000 lux, so show images with exposure auto. Sky: Preetham, Shirley and Smits
-   * 1999, turbidity 3. Position: NOAA. The sun is sampled as a disc. North is -z, east is +x.
-   */
-  sun?: JobRequestEnvironmentSun | null;
-  /** Linear Rec.709; multiplies the image. */
-  color: [number, number, number];
-  /** Multiplies colour and image. */
-  intensity: number;
-  /** Positive angles rotate it counter-clockwise seen from above. */
-  rotation_degrees: number;
-  /**
-   * If false, the environment lights the scene but the background is transparent: short form of
-   * background type 'transparent'.
-   */
-  visible: boolean;
-}
+export interface JobSpecEnvironment extends
+    Required<Omit<JobRequestEnvironment, 'preset' | 'sun'>>,
+    Pick<JobRequestEnvironment, 'preset' | 'sun'> {}
 
 /**
  * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show the
  * environment.
  */
-export interface JobSpecBackground {
-  /** Kind of background. Default: 'transparent' with ground 'catcher', otherwise 'environment'. */
-  type: string;
-  /** Linear Rec.709. */
-  color?: [number, number, number];
-  /**
-   * Glass, water and other clear surfaces show the background, not the environment: surfaces that
-   * camera paths cross, bent or not, with a roughness of at most 0.1. With type 'transparent' their
-   * alpha is 1 less the luminance of the light that they let through. Default: true for
-   * 'transparent' with integrators that support it, otherwise false.
-   */
-  through_glass?: boolean;
-}
+export interface JobSpecBackground extends
+    Required<Pick<JobRequestBackground, 'type'>>,
+    Omit<JobRequestBackground, 'type'> {}
 
 /** The shadow on a catcher. */
-export interface JobSpecGroundShadow {
-  /** Colour of the shadow. */
-  color: string;
-  /** Factor of the blocked light: 0 is no shadow. */
-  strength: number;
-  /**
-   * Sine of the angle by which every light is widened for the shadow: 0 is the shadow that the
-   * lights cast.
-   */
-  softness: number;
-}
+export interface JobSpecGroundShadow extends Required<JobRequestGroundShadow> {}
 
 /** Horizontal ground added to the scene. */
-export interface JobSpecGround {
-  /** Kind of ground. */
-  type: string;
-  /** Height (y), metres; null: the model's lowest point. */
-  height?: number | null;
-  /**
-   * Albedo of its surface, linear Rec.709; also of a catcher, which lights the model from below.
-   */
-  color?: [number, number, number];
-  /**
-   * Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a lacquered surface,
-   * which reflects 4% at normal incidence and more at grazing angles.
-   */
-  reflection?: number;
+export interface JobSpecGround extends
+    Required<Pick<JobRequestGround, 'type'>>,
+    Omit<JobRequestGround, 'type' | 'shadow'> {
   /** The shadow on a catcher. */
   shadow?: JobSpecGroundShadow;
 }
 
 /** Reconstruction filter. */
-export interface JobSpecFilmFilter {
-  /** Kind of filter. */
-  type: string;
-  /** Radius in pixels. */
-  radius: number;
-}
+export interface JobSpecFilmFilter extends Required<JobRequestFilmFilter> {}
 
 /** Size, filter and recorded layers; null: no image, only a meter. */
-export interface JobSpecFilm {
-  /** Pixels. Width times height is limited to 64 megapixels (413). */
-  width: number;
-  /** Pixels. */
-  height: number;
-  /** Part of the film to render; null: all of it. */
-  crop: JobRequestFilmCrop | null;
+export interface JobSpecFilm extends Required<Omit<JobRequestFilm, 'filter'>> {
   /** Reconstruction filter. */
   filter: JobSpecFilmFilter;
-  /**
-   * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-   * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
-   * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded.
-   */
-  layers: string[];
 }
 
 /** How light paths are traced. */
-export interface JobSpecIntegrator {
-  /** Algorithm. */
-  type: string;
-  /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. */
-  max_depth: number;
-  /**
-   * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-   * film, at least 1024 and at most 262144.
-   */
-  photons?: number;
-  /**
-   * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
-   * the distance of the visible surfaces.
-   */
-  radius_m?: number;
-  /**
-   * After N samples of each replicate, the area in which photons are gathered, and the bias, are
-   * about N^(alpha - 1) of the initial ones; the variance falls as N^-alpha. With 2/3 the squared
-   * bias and the variance fall at the same rate.
-   */
-  alpha?: number;
-  /**
-   * Directions in which each path continues to look up the photon map at the next surface; 0: shows
-   * the map itself, including direct light.
-   */
-  final_gather?: number;
-  /**
-   * Relative interpolation error up to which an irradiance record is used; half of it needs about
-   * four times as many records.
-   */
-  tolerance?: number;
-  /** Paths over the hemisphere of each record. */
-  rays?: number;
-  /**
-   * Maximum number of records of each replicate. Where there are none, indirect light is path
-   * traced.
-   */
-  records?: number;
-}
+export interface JobSpecIntegrator extends
+    Required<Pick<JobRequestIntegrator, 'type' | 'max_depth'>>,
+    Omit<JobRequestIntegrator, 'type' | 'max_depth'> {}
 
 /** Weights of multiple importance sampling. */
-export interface JobSpecEstimatorMis {
-  /** Heuristic. */
-  type: string;
-  /** Exponent of the power heuristic. */
-  exponent?: number;
-}
+export interface JobSpecEstimatorMis extends
+    Required<Pick<JobRequestEstimatorMis, 'type'>>,
+    Pick<JobRequestEstimatorMis, 'exponent'> {}
 
 /** Russian roulette. */
-export interface JobSpecEstimatorRoulette {
-  /** Rule for the survival probability. */
-  type: string;
-  /** Radiance [W/(m^2 sr)]; 0 traces every shadow ray. */
-  delta?: number;
-}
+export interface JobSpecEstimatorRoulette extends
+    Required<Pick<JobRequestEstimatorRoulette, 'type'>>,
+    Pick<JobRequestEstimatorRoulette, 'delta'> {}
 
 /** Splitting of a path into several at its first surface. */
-export interface JobSpecEstimatorSplitting {
-  /** How their number is chosen. */
-  type: string;
-  /** Number of continuations. */
-  count?: number;
-}
+export interface JobSpecEstimatorSplitting extends
+    Required<Pick<JobRequestEstimatorSplitting, 'type'>>,
+    Pick<JobRequestEstimatorSplitting, 'count'> {}
 
 /** Quantity that is subtracted from samples and added in closed form. */
-export interface JobSpecEstimatorControlVariate {
-  /** Kind of control variate. */
-  type: string;
-}
+export interface JobSpecEstimatorControlVariate extends
+    Required<JobRequestEstimatorControlVariate> {}
 
 /** How paths are sampled and combined. */
-export interface JobSpecEstimator {
-  /** How directions are sampled. */
-  strategy: string;
+export interface JobSpecEstimator extends
+    Required<Pick<JobRequestEstimator, 'strategy' | 'expected_values'>> {
   /** Weights of multiple importance sampling. */
   mis: JobSpecEstimatorMis;
   /** Russian roulette. */
@@ -1105,165 +853,65 @@ export interface JobSpecEstimator {
   splitting: JobSpecEstimatorSplitting;
   /** Quantity that is subtracted from samples and added in closed form. */
   control_variate: JobSpecEstimatorControlVariate;
-  /** True: absorption and transparency weight paths; false: they terminate paths at random. */
-  expected_values: boolean;
 }
 
 /** Sequence of sample points. */
-export interface JobSpecSampler {
-  /** Type of point set. Each has a rule for sample counts; see /v1/server. */
-  type: string;
-  /** Number of independent randomisations per pixel; even. */
-  replicates: number;
-  /**
-   * Number of the seed's first replicate; even. Jobs with different replicates can be merged into
-   * the film of a single job.
-   */
-  first_replicate?: number;
-}
+export interface JobSpecSampler extends
+    Required<Omit<JobRequestSampler, 'first_replicate'>>,
+    Pick<JobRequestSampler, 'first_replicate'> {}
 
 /** How a light is selected. */
-export interface JobSpecLightSampler {
-  /** Method of selection. */
-  type: string;
-  /** Candidate light samples, of which one is selected. */
-  candidates?: number;
-  /** Side, in pixels, of the squares whose pixels share light samples. */
-  block?: number;
-  /**
-   * Passes that also share light samples: successive samples of a replicate. At most 64 paths share
-   * samples: block x block x history.
-   */
-  history?: number;
-  /** Candidate light samples of each path, of which one is shared. */
-  candidates_per_pixel?: number;
-}
+export interface JobSpecLightSampler extends
+    Required<Pick<JobRequestLightSampler, 'type'>>,
+    Omit<JobRequestLightSampler, 'type'> {}
 
 /** Adaptive sampling. */
-export interface JobSpecAdaptive {
-  /**
-   * Rule that assigns samples. Default: 'pilot' for jobs with stop.relative_error, otherwise
-   * 'none'.
-   */
-  type: string;
-  /**
-   * Samples of every pixel before the first decision, all replicates together; rounded up to a
-   * count at which decisions are made: 20, or 1, 1.25, 1.5 and 1.75 times 2^k of each replicate.
-   */
-  min_samples?: number;
-  /** Unit that gets the same number of samples. */
-  granularity?: string;
-  /**
-   * Radius in pixels, in tiles for granularity 'tile': each takes the largest need of its
-   * neighbours.
-   */
-  dilation?: number;
-}
+export interface JobSpecAdaptive extends
+    Required<Pick<JobRequestAdaptive, 'type'>>,
+    Omit<JobRequestAdaptive, 'type'> {}
 
 /**
  * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
  * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
  */
-export interface JobSpecMeter {
-  /** Points at which irradiance is measured. */
-  points: JobRequestMeterPoints[];
-  /**
-   * Points at the centres of the cells of a rectangle, row by row; they follow the single points.
-   */
-  plane: JobRequestMeterPlane | null;
-}
+export interface JobSpecMeter extends Required<JobRequestMeter> {}
 
 /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
-export interface JobSpecStop {
-  /**
-   * Stop at this mean number of samples per pixel of the crop, all replicates together. Rounded up
-   * to a count that the sampler supports.
-   */
-  samples_per_pixel?: number | null;
-  /** Stop when the relative error is at most this, with `confidence`. */
-  relative_error?: number | null;
-  /**
-   * Stop when the relative error of the denoised image (`mixed`) is at most this, with
-   * `confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.
-   */
-  denoised_error?: number | null;
-  /**
-   * Confidence of relative_error, denoised_error, light_not_found and of the interval in `error`.
-   */
-  confidence?: number;
-  /** Region whose error must reach the target. */
-  scope?: string;
-  /** Stop after this many seconds of rendering, without pauses and downtime. */
-  seconds?: number | null;
-  /** Stop after this many CPU seconds of rendering, summed over all threads. */
-  cpu_seconds?: number | null;
-  /** Stop when (high - low) / illuminance_lux of every point of the meter is at most this. */
-  meter_error?: number | null;
-  /**
-   * Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside relative_error,
-   * denoised_error or meter_error: these end the job only then.
-   */
-  light_not_found?: number | null;
-  /** Stop at this time (RFC 3339). */
-  deadline?: string | null;
-}
+export interface JobSpecStop extends JobRequestStop {}
 
 /** Denoised images, which are made on demand and are not part of the film. */
-export interface JobSpecDenoise {
-  /** Denoiser. */
-  type: string;
-  /** If false, there are none until the job has ended. */
-  preview: boolean;
-}
+export interface JobSpecDenoise extends Required<JobRequestDenoise> {}
 
 /** Webhook to notify. */
-export interface JobSpecWebhook {
-  /** http or https; receives a signed POST (Standard Webhooks) for each event. */
-  url: string;
-  /** Events to send. */
-  events: string[];
-}
+export interface JobSpecWebhook extends Required<JobRequestWebhook> {}
 
 /** The job request with all defaults filled in. */
-export interface JobSpec {
-  /** Id from POST /v1/scenes, or the name of a built-in scene. */
-  scene: string;
-  /** Display name. */
-  name: string;
-  /** Key-value pairs for finding jobs. */
-  labels: Record<string, string>;
-  /** Higher values are served first. */
-  priority: number;
-  /** Seed for all random numbers in the job. */
-  seed: number;
+export interface JobSpec extends
+    Required<Pick<
+      JobRequest,
+      | 'scene'
+      | 'name'
+      | 'labels'
+      | 'priority'
+      | 'seed'
+      | 'variant'
+      | 'time_seconds'
+      | 'class'
+      | 'preview_key'
+      | 'units'
+      | 'spectral'
+    >>,
+    Pick<JobRequest, 'shutter_seconds' | 'motion_seconds' | 'retention_seconds'> {
   /**
    * Null members keep the value of the file's camera, selected by name or index, otherwise the
    * first.
    */
   camera: JobSpecCamera;
-  /** Material variant of the file by name (KHR_materials_variants). */
-  variant: string | null;
-  /** Animation time, seconds; null: the rest pose given by the file's transforms. */
-  time_seconds: number | null;
-  /**
-   * Time that the shutter is open, in seconds, starting at time_seconds: animated objects and the
-   * file's camera are blurred. 0: no motion blur.
-   */
-  shutter_seconds?: number;
-  /**
-   * Time from time_seconds to the second moment of the layer motion, which includes the motion of
-   * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
-   */
-  motion_seconds?: number;
   /**
    * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
    * null: none.
    */
   medium: JobSpecMedium | null;
-  /** Scheduling class. */
-  class: string;
-  /** A later preview with the same key supersedes this one; class preview only. */
-  preview_key: string | null;
   /**
    * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
    * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
@@ -1294,18 +942,12 @@ export interface JobSpec {
    * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
    */
   meter?: JobSpecMeter | null;
-  /** Unit of radiance, irradiance and intensity. */
-  units: string;
-  /** True: paths carry three wavelengths instead of three colours. */
-  spectral: boolean;
   /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
   stop: JobSpecStop;
   /** Denoised images, which are made on demand and are not part of the film. */
   denoise?: JobSpecDenoise;
   /** Webhook to notify. */
   webhook?: JobSpecWebhook | null;
-  /** Time after its end at which the job and its files are deleted; null: kept. */
-  retention_seconds?: number | null;
 }
 
 /** Samples per pixel, over the pixels of the crop. */
@@ -1580,29 +1222,8 @@ export interface Ticket {
 }
 
 /** The state has changed. */
-export interface StateEvent {
+export interface StateEvent extends Pick<Job, 'pause_reason' | 'stop_reason' | 'queue_position'> {
   state: JobState;
-  /**
-   * Why the job is paused; null: it is not. `storage_full`: it resumes by itself when the disk has
-   * space.
-   */
-  pause_reason: 'requested' | 'storage_full' | null;
-  /** Why the job ended; null until it has ended. */
-  stop_reason:
-    | 'samples_per_pixel'
-    | 'relative_error'
-    | 'denoised_error'
-    | 'seconds'
-    | 'cpu_seconds'
-    | 'deadline'
-    | 'meter_error'
-    | 'light_not_found'
-    | 'limit'
-    | 'cancelled'
-    | 'failed'
-    | null;
-  /** 0: the next job; null: not waiting. */
-  queue_position: number | null;
   /** Number of changes of `spec`. */
   spec_version: number;
 }
@@ -1648,31 +1269,9 @@ export interface WarningEvent {
 }
 
 /** The job has ended. */
-export interface EndEvent {
+export interface EndEvent extends
+    Pick<Job, 'stop_reason' | 'film_digest' | 'revision' | 'available'> {
   state: JobState;
-  /** Why the job ended; null until it has ended. */
-  stop_reason:
-    | 'samples_per_pixel'
-    | 'relative_error'
-    | 'denoised_error'
-    | 'seconds'
-    | 'cpu_seconds'
-    | 'deadline'
-    | 'meter_error'
-    | 'light_not_found'
-    | 'limit'
-    | 'cancelled'
-    | 'failed'
-    | null;
-  /** SHA-256 of the film's exact content, once finished. */
-  film_digest: string | null;
-  /** Number of changes of the image. */
-  revision: number;
-  /**
-   * Parts that can be requested now: `image`, which includes pixels; `denoised`, the image with
-   * ?denoise=mixed or full; `meter`. Requests for others are a 409.
-   */
-  available: ('image' | 'denoised' | 'meter')[];
   error: ErrorEstimate;
   light_not_found: LightNotFound | null;
   failure: Problem | null;
@@ -1998,20 +1597,11 @@ export interface SceneObject {
 }
 
 /** An instance of an object that the image shows. */
-export interface ObjectInstance {
+export interface ObjectInstance extends Pick<SceneObject, 'bounds' | 'visible' | 'amodal'> {
   /** Id in the layer instance. */
   id: number;
   /** Id of its object. */
   object: number;
-  /** Bounding box in world space, metres; null: not in this view. */
-  bounds: SceneBounds | null;
-  /**
-   * Bounding box of the pixels whose centre shows it, on the full film; null: none, or the job did
-   * not record ids.
-   */
-  visible: SceneObjectVisible | null;
-  /** Bounding box of its part within the film, hidden or not, in pixels; null: nothing. */
-  amodal: SceneObjectAmodal | null;
 }
 
 /** Meaning of an id in the layers material and primitive. */
@@ -2079,86 +1669,32 @@ export interface SceneObjects {
 }
 
 /** Default values of a job request. */
-export interface JobDefaults {
-  /** Display name. */
-  name: string;
-  /** Key-value pairs for finding jobs. */
-  labels: Record<string, string>;
-  /** Higher values are served first. */
-  priority: number;
-  /** Seed for all random numbers in the job. */
-  seed: number;
-  /**
-   * Null members keep the value of the file's camera, selected by name or index, otherwise the
-   * first.
-   */
-  camera: JobSpecCamera;
-  /** Material variant of the file by name (KHR_materials_variants). */
-  variant: string | null;
-  /** Animation time, seconds; null: the rest pose given by the file's transforms. */
-  time_seconds: number | null;
-  /**
-   * Time that the shutter is open, in seconds, starting at time_seconds: animated objects and the
-   * file's camera are blurred. 0: no motion blur.
-   */
-  shutter_seconds?: number;
-  /**
-   * Time from time_seconds to the second moment of the layer motion, which includes the motion of
-   * the file's camera; negative: an earlier moment. In the rest pose nothing moves.
-   */
-  motion_seconds?: number;
-  /**
-   * Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside solids.
-   * null: none.
-   */
-  medium: JobSpecMedium | null;
-  /** Scheduling class. */
-  class: string;
-  /** A later preview with the same key supersedes this one; class preview only. */
-  preview_key: string | null;
-  /**
-   * Distant environment lighting, added to the scene's lights. Null: black. Absent: the scene's
-   * own, if it has one; otherwise white, unless the scene has a punctual light or an emissive
-   * strength above 1.
-   */
-  environment?: JobSpecEnvironment | null;
-  /**
-   * What the camera sees behind the scene; mirrors, and glass unless through_glass is true, show
-   * the environment.
-   */
-  background?: JobSpecBackground;
-  /** Horizontal ground added to the scene. */
-  ground?: JobSpecGround;
-  /** Size, filter and recorded layers; null: no image, only a meter. */
-  film: JobSpecFilm | null;
-  /** How light paths are traced. */
-  integrator: JobSpecIntegrator;
-  /** How paths are sampled and combined. */
-  estimator: JobSpecEstimator;
-  /** Sequence of sample points. */
-  sampler: JobSpecSampler;
-  /** How a light is selected. */
-  light_sampler: JobSpecLightSampler;
-  /** Adaptive sampling. */
-  adaptive: JobSpecAdaptive;
-  /**
-   * Points at which irradiance is measured in addition to the image, by path tracing with 16 paths
-   * for each sample of a pixel; see GET /v1/jobs/{id}/meter.
-   */
-  meter?: JobSpecMeter | null;
-  /** Unit of radiance, irradiance and intensity. */
-  units: string;
-  /** True: paths carry three wavelengths instead of three colours. */
-  spectral: boolean;
-  /** When to stop: the first rule met ends the job. If given, only the rules in it apply. */
-  stop: JobSpecStop;
-  /** Denoised images, which are made on demand and are not part of the film. */
-  denoise?: JobSpecDenoise;
-  /** Webhook to notify. */
-  webhook?: JobSpecWebhook | null;
-  /** Time after its end at which the job and its files are deleted; null: kept. */
-  retention_seconds?: number | null;
-}
+export interface JobDefaults extends
+    Omit<
+      JobSpec,
+      | 'scene'
+      | 'shutter_seconds'
+      | 'motion_seconds'
+      | 'environment'
+      | 'background'
+      | 'ground'
+      | 'meter'
+      | 'denoise'
+      | 'webhook'
+      | 'retention_seconds'
+    >,
+    Pick<
+      JobSpec,
+      | 'shutter_seconds'
+      | 'motion_seconds'
+      | 'environment'
+      | 'background'
+      | 'ground'
+      | 'meter'
+      | 'denoise'
+      | 'webhook'
+      | 'retention_seconds'
+    > {}
 
 /** A name that requests can use. */
 export interface TypeInfo {
@@ -2172,16 +1708,10 @@ export interface TypeInfo {
 }
 
 /** An algorithm that traces light paths. */
-export interface IntegratorInfo {
-  /** Name in requests. */
-  type: string;
-  /** How the expected value of the image relates to the true image. */
-  bias: 'none' | 'consistent' | 'biased';
+export interface IntegratorInfo extends Omit<TypeInfo, 'summary'> {
   /** How the error of its images is known. */
   error: 'valid' | 'from-chains' | 'by-comparison';
   summary: string;
-  /** JSON pointers of the job request that it supports. */
-  accepts: string[];
   /** Merge patch (RFC 7396) of `defaults` for its jobs. */
   defaults: Record<string, unknown>;
 }
@@ -2412,22 +1942,8 @@ export interface Key {
 }
 
 /** A new key. */
-export interface IssuedKey {
-  /** Identifies the key in lists and logs. */
-  id: string;
-  /** Display name. */
-  name: string;
-  /** Tenant whose objects it sees and to which its objects belong. */
-  tenant: string;
-  /** Scopes. */
-  scopes: ('read' | 'write' | 'admin' | 'worker')[];
-  /** Requests per minute; 0: no limit; null: the server's default. */
-  rate_limit: number | null;
-  /** Maximum priority of its jobs. */
-  max_priority: number;
+export interface IssuedKey extends Omit<Key, 'created_at'> {
   created_at: string;
-  /** null: never. */
-  expires_at: string | null;
   /** Text of the key, which is returned only once. */
   key: string;
 }
@@ -2689,27 +2205,9 @@ export interface Batch {
 }
 
 /** A batch without its jobs. */
-export interface BatchSummary {
+export interface BatchSummary extends Omit<Batch, 'id' | 'created_at' | 'jobs'> {
   id: string;
-  /** The pattern of the jobs' names. */
-  name: string;
-  /**
-   * Once all jobs have ended: failed if any failed or is damaged, otherwise cancelled if any was
-   * cancelled.
-   */
-  state: 'queued' | 'rendering' | 'paused' | 'failed' | 'cancelled' | 'finished';
   created_at: string;
-  /** Progress of all jobs together. */
-  progress: BatchProgress;
-  /** Jobs in each state. */
-  counts: BatchCounts;
-  /**
-   * Ids of jobs whose stored records are damaged: nothing is known of them, and they can only be
-   * deleted.
-   */
-  damaged: string[];
-  /** Paths of related resources. */
-  links: Record<string, string>;
 }
 
 /** A page of batches. */

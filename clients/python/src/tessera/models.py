@@ -326,19 +326,8 @@ class JobRequest(_JobRequest):
     retention_seconds: NotRequired[float | None]
 
 
-class JobPatchStop(TypedDict):
+class JobPatchStop(JobRequestStop):
     """Rules to change; null removes one, others are kept."""
-
-    samples_per_pixel: NotRequired[int | None]
-    relative_error: NotRequired[float | None]
-    denoised_error: NotRequired[float | None]
-    confidence: NotRequired[float]
-    scope: NotRequired[str]
-    seconds: NotRequired[float | None]
-    cpu_seconds: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
-    light_not_found: NotRequired[float | None]
-    deadline: NotRequired[str | None]
 
 
 class JobPatch(TypedDict):
@@ -358,19 +347,8 @@ class SceneFromAssets(TypedDict):
     files: NotRequired[dict[str, str]]
 
 
-class ExtendRequestStop(TypedDict):
+class ExtendRequestStop(JobRequestStop):
     """The new rules; they replace the old ones."""
-
-    samples_per_pixel: NotRequired[int | None]
-    relative_error: NotRequired[float | None]
-    denoised_error: NotRequired[float | None]
-    confidence: NotRequired[float]
-    scope: NotRequired[str]
-    seconds: NotRequired[float | None]
-    cpu_seconds: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
-    light_not_found: NotRequired[float | None]
-    deadline: NotRequired[str | None]
 
 
 class ExtendRequest(TypedDict):
@@ -682,19 +660,8 @@ class JobSpecMeter(TypedDict):
     plane: JobRequestMeterPlane | None
 
 
-class JobSpecStop(TypedDict):
+class JobSpecStop(JobRequestStop):
     """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
-
-    samples_per_pixel: NotRequired[int | None]
-    relative_error: NotRequired[float | None]
-    denoised_error: NotRequired[float | None]
-    confidence: NotRequired[float]
-    scope: NotRequired[str]
-    seconds: NotRequired[float | None]
-    cpu_seconds: NotRequired[float | None]
-    meter_error: NotRequired[float | None]
-    light_not_found: NotRequired[float | None]
-    deadline: NotRequired[str | None]
 
 
 class JobSpecDenoise(TypedDict):

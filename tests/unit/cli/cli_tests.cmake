@@ -8,3 +8,4 @@ set(CLI_TEST_SOURCES
   shown_test.cpp
   sse_test.cpp
   tev_test.cpp)
+set(CLI_TEST_LIBRARIES api)

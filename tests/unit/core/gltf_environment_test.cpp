@@ -232,13 +232,6 @@ TEST(GltfEnvironment, RefusesMalformedLists) {
   }
 }
 
-TEST(GltfEnvironment, RefusesAMissingLight) {
-  core::GlbWriter writer;
-  add_triangle(writer);
-  writer.add("scenes", R"({"nodes":[0],"extensions":{"EXT_lights_image_based":{"light":0}}})");
-  expect_error_at(load(writer), "/scenes/0/extensions/EXT_lights_image_based/light");
-}
-
 TEST(GltfEnvironment, RequestsMemoryFirst) {
   core::GlbWriter writer;
   auto faces = colored();

@@ -139,18 +139,6 @@ TEST(GltfGeometry, SparseValuesReplaceDenseOnes) {
   EXPECT_EQ(p.positions[2], (Vec3{7, 8, 9}));
 }
 
-TEST(GltfGeometry, SparseIndexBeyondTheAccessorIsRefused) {
-  core::GlbWriter writer;
-  const int indices = writer.add_view(bytes(std::vector<std::uint8_t>{3}));
-  const int values = writer.add_view(bytes(std::vector<float>{7, 8, 9}));
-  const std::string sparse =
-      "{\"sparse\":{\"count\":1,\"indices\":{\"componentType\":5121,\"bufferView\":" +
-      number(indices) + "},\"values\":{\"bufferView\":" + number(values) + "}}}";
-  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3, sparse.c_str());
-  add_primitive(writer, attributes(positions));
-  expect_error_at(load(writer), "/accessors/0/sparse/indices");
-}
-
 TEST(GltfGeometry, ColorsOfThreeValuesAreOpaque) {
   core::GlbWriter writer;
   const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);

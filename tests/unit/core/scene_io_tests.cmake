@@ -5,6 +5,7 @@ set(SCENE_IO_TEST_SOURCES
   gltf_assets_test.cpp
   gltf_bad_input_test.cpp
   gltf_basisu_test.cpp
+  gltf_cases_test.cpp
   gltf_compression_test.cpp
   gltf_container_test.cpp
   gltf_deform_test.cpp

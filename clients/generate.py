@@ -111,7 +111,19 @@ class TypeScript(Language):
         if len(line) <= WIDTH + 1:
             return line
         indent = " " * (len(head) - len(head.lstrip()) + 2)
-        return head + "".join(f"\n{indent}| {each}" for each in made.split(" | ")) + ";\n"
+        parts = [self.broken(each, indent) for each in made.split(" | ")]
+        if len(parts) == 1:
+            return f"{head} {self.broken(made, indent[2:])};\n"
+        return head + "".join(f"\n{indent}| {each}" for each in parts) + ";\n"
+
+    @staticmethod
+    def broken(made, indent):
+        """A list of members that is too long for a line, on several."""
+        if len(indent) + len(made) + 3 <= WIDTH or not made.startswith("["):
+            return made
+        inner = indent + "  "
+        lines = textwrap.wrap(made[1:-1], WIDTH, initial_indent=inner, subsequent_indent=inner)
+        return "[\n" + "\n".join(lines) + f",\n{indent}]"
 
     def comment(self, schema, indent):
         doc = words(schema).replace("*/", "* /")

@@ -28,8 +28,10 @@ export interface JobRequestCameraPose {
    * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
    * extrinsics): a rotation and the camera's position.
    */
-  matrix:
-    | [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
+  matrix: [
+    number, number, number, number, number, number, number, number, number, number, number, number,
+    number, number, number, number,
+  ];
 }
 
 /** Lens distortion of a pinhole camera. */

@@ -28,10 +28,7 @@ export interface JobRequestCameraPose {
    * 4x4, row by row, from the camera's axes to the world, metres (the inverse of OpenCV's
    * extrinsics): a rotation and the camera's position.
    */
-  matrix: [
-    number, number, number, number, number, number, number, number, number, number, number, number,
-    number, number, number, number,
-  ];
+  matrix: number[];
 }
 
 /** Lens distortion of a pinhole camera. */
@@ -627,6 +624,12 @@ export interface PresetRequest {
    * the image as it is, if every pixel has a sample, or 503. Default: 2.
    */
   deadline_seconds?: number;
+  /**
+   * The model has the same size at every theta, for images that turn it: the least distance at
+   * which 8% of each side are free from all around. Otherwise each angle has its own. Default:
+   * false.
+   */
+  turntable?: boolean;
 }
 
 /** A preset. */
@@ -645,6 +648,11 @@ export interface Preset {
    * the image as it is, if every pixel has a sample, or 503.
    */
   deadline_seconds: number;
+  /**
+   * The model has the same size at every theta, for images that turn it: the least distance at
+   * which 8% of each side are free from all around. Otherwise each angle has its own.
+   */
+  turntable: boolean;
   name: string;
 }
 

@@ -586,6 +586,93 @@ TEST(StatisticalDenoiser, DenoisesAHalfIndependentlyOfTheOther) {
   EXPECT_NE(filtered(first)[1], filtered(other)[1]);
 }
 
+/// A surface with independent noise below a backdrop, whose samples differ by its texture, but
+/// whose stratified means have hardly any noise; and its features.
+struct BeforeABackdrop {
+  static constexpr int kHorizon = 3 * kSide / 4;
+  static constexpr double kSurfaceVariance = 0.25;  ///< of a sample
+  FilmSnapshot film;
+  core::FeaturePicture features = core::FeaturePicture::blank(kSide, kSide);
+
+  static double backdrop_at(int x) { return 1 + 0.5 * x / kSide; }
+  static bool is_backdrop(std::size_t pixel) { return pixel / kSide < kHorizon; }
+
+  explicit BeforeABackdrop(std::uint64_t seed) {
+    constexpr double kTextureVariance = 0.04;
+    constexpr double kStratifiedError = 1e-3;
+    constexpr double kFeatureError = 1e-2;
+    film.rect = {0, 0, kSide, kSide};
+    features.samples = kSamples;
+    Random random(seed);
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+      const double light = backdrop_at(static_cast<int>(i % kSide));
+      for (int half = 0; half < 2; ++half) {
+        test_support::Moments moments;
+        for (int s = 0; s < kSamples; ++s) {
+          moments.add(1 + std::sqrt(kSurfaceVariance) * random.normal());
+        }
+        const auto v = static_cast<float>(
+            is_backdrop(i) ? light + kStratifiedError * random.normal() : moments.mean);
+        const double m2 = is_backdrop(i) ? (kSamples - 1) * kTextureVariance : moments.m2;
+        film.pixels.push_back({v, v, v, 1, static_cast<float>(m2), kSamples});
+      }
+      for (std::size_t c = 0; c < 3; ++c) {
+        features.albedo[c][i] = is_backdrop(i) ? 0 : 0.8F;
+        features.emission[c][i] =
+            is_backdrop(i) ? static_cast<float>(light + kFeatureError * random.normal()) : 0;
+      }
+      features.depth_m[i] = is_backdrop(i) ? 0 : 1;
+    }
+  }
+
+  /// Returns the mean variance of a surface's means, over its true value.
+  double surface_variance(const core::FeaturePicture* seen) const {
+    const HalfPicture half = core::half_picture(film, 0, core::HalfPart::kLight, {}, seen);
+    double sum = 0;
+    for (std::size_t i = kHorizon * kSide; i < film.pixel_count(); ++i) {
+      sum += static_cast<double>(half.variance[i]) / 3;
+    }
+    const auto count = static_cast<double>(film.pixel_count() - kHorizon * kSide);
+    return sum / count / (kSurfaceVariance / kSamples);
+  }
+};
+
+TEST(HalfPicture, ABackdropSetsNoScaleForTheNoiseOfSurfaces) {
+  const BeforeABackdrop scene(1);
+  EXPECT_NEAR(scene.surface_variance(&scene.features), 1, 0.3);
+  // Without features it does; behind fog it has noise of its own.
+  EXPECT_LT(scene.surface_variance(nullptr), 0.1);
+  core::FeaturePicture in_fog = scene.features;
+  in_fog.has_fog = true;
+  EXPECT_LT(scene.surface_variance(&in_fog), 0.1);
+}
+
+TEST(StatisticalDenoiser, DenoisesSurfacesBeforeABackdropAndAveragesIt) {
+  const BeforeABackdrop scene(2);
+  const auto made = core::denoise(scene.film, &scene.features, core::StatisticalDenoiser(),
+                                  core::parallel_for(1));
+  ASSERT_TRUE(made);
+  double noise = 0;
+  double left = 0;
+  double apart = 0;
+  for (std::size_t i = 0; i < scene.film.pixel_count(); ++i) {
+    const float plain =
+        0.5F * (scene.film.pixels[2 * i].mean_r + scene.film.pixels[2 * i + 1].mean_r);
+    const float full = made->picture.full[0][i];
+    if (BeforeABackdrop::is_backdrop(i)) {
+      // A half and the features have as many samples.
+      const float mean = 0.5F * (plain + scene.features.emission[0][i]);
+      apart += static_cast<double>((full - mean) * (full - mean));
+    } else {
+      noise += (static_cast<double>(plain) - 1) * (static_cast<double>(plain) - 1);
+      left += (static_cast<double>(full) - 1) * (static_cast<double>(full) - 1);
+    }
+  }
+  EXPECT_LT(left, 0.1 * noise);
+  // Apart from what is set aside; half the features' error would be 5e-3.
+  EXPECT_LT(std::sqrt(apart / (BeforeABackdrop::kHorizon * kSide)), 1e-3);
+}
+
 // The variance is that of the mean of 16 samples, summed over three channels.
 TEST(HalfPicture, EstimatesTheVarianceOfItsMeans) {
   const FilmSnapshot film = noisy(0.4, 1);

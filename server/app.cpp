@@ -281,6 +281,7 @@ class App {
     const bool quiet = http_->stop(std::max(grace - milliseconds(500), milliseconds(100)));
     saving.join();
     serving.join();
+    first_looks_.reset();  // Waits for the image that is being encoded.
     watchdog.request_stop();
     log_.write(LogLevel::kInfo, "stopped",
                {{"seconds",

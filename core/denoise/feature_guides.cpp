@@ -80,11 +80,11 @@ FeatureGuides make_guides(const FeaturePicture& f) {
 ColorPlanes surface_colors(const FeaturePicture& f) {
   ColorPlanes out = f.albedo;
   for (std::size_t i = 0; i < f.depth_m.size(); ++i) {
-    // Emitters and the background have no albedo to divide by.
-    const bool is_source =
-        f.depth_m[i] <= 0 || f.emission[0][i] + f.emission[1][i] + f.emission[2][i] > 0;
+    // The background, and emitters that reflect nothing, have no albedo to divide by. At the edges
+    // of surfaces there is both: what is left without the emission is divided as on the surface.
+    const bool reflects = out[0][i] + out[1][i] + out[2][i] > 0;
     for (Plane& plane : out) {
-      plane[i] = is_source ? 1 : plane[i] + kLeastAlbedo;
+      plane[i] = reflects ? plane[i] + kLeastAlbedo : 1;
     }
   }
   return out;

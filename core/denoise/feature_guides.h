@@ -16,7 +16,8 @@ struct FeatureGuides {
 
 FeatureGuides make_guides(const FeaturePicture& features);
 
-/// Returns the colours that light is divided by before it is filtered; 1 on emitters.
+/// Returns the colours that light without emission is divided by before it is filtered; 1 where
+/// nothing reflects.
 ColorPlanes surface_colors(const FeaturePicture& features);
 
 }  // namespace core

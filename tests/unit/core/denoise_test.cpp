@@ -673,6 +673,60 @@ TEST(StatisticalDenoiser, DenoisesSurfacesBeforeABackdropAndAveragesIt) {
   EXPECT_LT(std::sqrt(apart / (BeforeABackdrop::kHorizon * kSide)), 1e-3);
 }
 
+// The left is a backdrop, the right a cyan surface, and pixels of the column between show half of
+// each. The surface also reflects a little white light, as coats do.
+TEST(StatisticalDenoiser, EdgesBeforeABackdropKeepTheColorOfTheSurface) {
+  constexpr std::size_t kEdge = kSide / 2;
+  constexpr std::array<double, 3> kAlbedo = {0, 0.4, 0.8};
+  constexpr double kCoat = 0.05;
+  constexpr double kBackdrop = 0.2;
+  FilmSnapshot film;
+  film.rect = {0, 0, kSide, kSide};
+  core::FeaturePicture features = core::FeaturePicture::blank(kSide, kSide);
+  features.samples = kSamples;
+  Random random(3);
+  const auto covered = [](std::size_t pixel) {
+    const std::size_t x = pixel % kSide;
+    return x < kEdge ? 0.0 : x == kEdge ? 0.5 : 1.0;
+  };
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    const double share = covered(i);
+    for (int half = 0; half < 2; ++half) {
+      test_support::Moments light;
+      for (int s = 0; s < kSamples; ++s) {
+        light.add(1 + 0.5 * random.normal());
+      }
+      const auto shown = [&](std::size_t c) {
+        return static_cast<float>(share * (kAlbedo[c] + kCoat) * light.mean +
+                                  (1 - share) * kBackdrop);
+      };
+      const float y = core::luminance({static_cast<float>(kAlbedo[0] + kCoat),
+                                       static_cast<float>(kAlbedo[1] + kCoat),
+                                       static_cast<float>(kAlbedo[2] + kCoat)});
+      film.pixels.push_back({shown(0), shown(1), shown(2), 1,
+                             static_cast<float>(share * share * light.m2) * y * y, kSamples});
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      features.albedo[c][i] = static_cast<float>(share * kAlbedo[c]);
+      features.emission[c][i] = static_cast<float>((1 - share) * kBackdrop);
+    }
+    features.normal[0][i] = static_cast<float>(share);
+    features.depth_m[i] = static_cast<float>(share);
+    // Of samples that meet either.
+    const auto variance = static_cast<float>(share * (1 - share) / kSamples);
+    features.normal_variance[i] = features.depth_variance[i] = variance;
+    features.albedo_variance[i] = features.emission_variance[i] = variance;
+  }
+  const auto made =
+      core::denoise(film, &features, core::StatisticalDenoiser(), core::parallel_for(1));
+  ASSERT_TRUE(made);
+  for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+    if (i % kSide == kEdge) {
+      EXPECT_NEAR(made->picture.full[0][i], 0.5 * (kCoat + kBackdrop), 0.05) << i / kSide;
+    }
+  }
+}
+
 // The variance is that of the mean of 16 samples, summed over three channels.
 TEST(HalfPicture, EstimatesTheVarianceOfItsMeans) {
   const FilmSnapshot film = noisy(0.4, 1);

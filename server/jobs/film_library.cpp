@@ -258,8 +258,9 @@ void FilmLibrary::remove_all_loose() {
 void FilmLibrary::remove_unused(Job& job) {
   const core::MutexLock changing(job.change_mutex());
   const JobRecord record = job.record();
+  // A run of an ended job may have written its film and not yet recorded it.
   if (!job.memory_only() && !job.is_removed() && api::is_final(record.view.state) &&
-      record.film == FilmPlace::kNone) {
+      record.film == FilmPlace::kNone && !job.run()) {
     remove_loose(job.id());
   }
 }

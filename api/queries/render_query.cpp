@@ -237,13 +237,14 @@ void frame_model(JobSpec& spec, const core::SceneSummary& scene, bool is_turntab
   }
   core::CameraOrbit orbit = spec.orbit.value_or(core::CameraOrbit{});
   const bool is_automatic = !orbit.radius_m && !orbit.target && !camera.up;
-  if (is_automatic && !scene.bounds.empty() &&
+  if (is_automatic && !scene.extremes.empty() &&
       camera.type.value_or(core::CameraType::kPerspective) == core::CameraType::kPerspective) {
-    const auto distance_m = is_turntable ? core::turning_distance_m : core::framing_distance_m;
-    const float metres =
-        distance_m(camera, orbit, scene.bounds, film.width, film.height, kRenderMargin);
-    if (metres > 0) {
-      orbit.radius_m = metres;
+    const auto frame = is_turntable ? core::turning_framing : core::nearest_framing;
+    const core::Framing framing =
+        frame(camera, orbit, scene.extremes, film.width, film.height, kRenderMargin);
+    if (framing.distance_m > 0) {
+      orbit.radius_m = framing.distance_m;
+      orbit.target = scene.origin + framing.target;
       spec.orbit = orbit;
     }
   }

@@ -17,6 +17,25 @@ Vec2 inside_of(const CameraSettings& camera, int width, int height, float margin
   const Vec2 half = half_view(camera, width, height);
   return {half.x * (1 - 2 * margin), half.y * (1 - 2 * margin)};
 }
+
+/// How near the camera may stand for one side of the image, and how far from the centre of the
+/// model's box its target then is on that side.
+struct Fitted {
+  float distance_m = 0;
+  float shift_m = 0;
+};
+
+/// Below it, as a fraction of the view, tangents are alike: a hundredth of a pixel of a wide image.
+constexpr float kLeastTangent = 1e-6F;
+
+/// Returns the centre of the points' bounding box.
+Vec3 center_of(const std::vector<Vec3>& points) {
+  Bounds box;
+  for (const Vec3& point : points) {
+    box.add(point);
+  }
+  return box.center();
+}
 }  // namespace
 
 float fitting_distance_m(float radius_m, Vec2 half_view) {
@@ -44,48 +63,64 @@ CameraSettings placed_on_orbit(CameraSettings camera, const CameraOrbit& orbit,
   return camera;
 }
 
-float framing_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
-                         const Bounds& bounds, int width, int height, float margin) {
+Framing nearest_framing(const CameraSettings& camera, const CameraOrbit& orbit,
+                        const std::vector<Vec3>& points, int width, int height, float margin) {
   CameraOrbit unit = orbit;
   unit.radius_m = 1;
   unit.target = Place{};
-  const CameraSettings placed = placed_on_orbit(camera, unit, bounds, width, height);
+  const CameraSettings placed = placed_on_orbit(camera, unit, {}, width, height);
   const Vec3 outward = placed.position->rounded();
   const Vec3 right = normalize(cross(*placed.up, outward));
   const Vec3 up = cross(outward, right);
+  const Vec3 center = center_of(points);
+  const auto extent = [&](Vec3 direction) {
+    float most = -Bounds::kInf;
+    for (const Vec3& point : points) {
+      most = std::max(most, dot(point - center, direction));
+    }
+    return most;
+  };
+  // From a target at a to the right, |dot(p, right) - a| <= (distance - dot(p, outward)) tan_x for
+  // each point p, which is two bounds on the distance. Their greater is least where they are equal.
+  const auto fitted = [&](Vec3 side, float tangent) {
+    const float after = extent(side + outward * tangent);
+    const float before = extent(outward * tangent - side);
+    return Fitted{(after + before) / (2 * tangent), (after - before) / 2};
+  };
   const auto [tan_x, tan_y] = inside_of(camera, width, height, margin);
-  float distance = 0;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const Vec3 at = Vec3{(corner & 1U) != 0 ? bounds.max.x : bounds.min.x,
-                         (corner & 2U) != 0 ? bounds.max.y : bounds.min.y,
-                         (corner & 4U) != 0 ? bounds.max.z : bounds.min.z} -
-                    bounds.center();
-    // |dot(at, right)| <= (distance - dot(at, outward)) tan_x, and so for y.
-    distance = std::max({distance, dot(at, outward) + std::fabs(dot(at, right)) / tan_x,
-                         dot(at, outward) + std::fabs(dot(at, up)) / tan_y});
-  }
-  return distance;
+  const float distance = std::max(fitted(right, tan_x).distance_m, fitted(up, tan_y).distance_m);
+  // Seen from there, the shorter side of the model ends at some smaller tangent.
+  const auto middle = [&](Vec3 side, float tangent) {
+    float low = tangent * kLeastTangent;  // where the distance is still too great
+    for (float step = tangent / 2; step > tangent * kLeastTangent; step /= 2) {
+      low += fitted(side, low + step).distance_m > distance ? step : 0;
+    }
+    return side * fitted(side, low).shift_m;
+  };
+  return {distance, center + middle(right, tan_x) + middle(up, tan_y)};
 }
 
-float turning_distance_m(const CameraSettings& camera, const CameraOrbit& orbit,
-                         const Bounds& bounds, int width, int height, float margin) {
+Framing turning_framing(const CameraSettings& camera, const CameraOrbit& orbit,
+                        const std::vector<Vec3>& points, int width, int height, float margin) {
   const auto [tan_x, tan_y] = inside_of(camera, width, height, margin);
-  const Vec3 half = bounds.diagonal() * 0.5F;
-  const float radius = std::hypot(half.x, half.z);
   const float sin = std::sin(orbit.phi_degrees * kDegree);
   const float cos = std::cos(orbit.phi_degrees * kDegree);
+  const Vec3 center = center_of(points);
   float distance = 0;
-  for (const float y : {-half.y, half.y}) {
-    // A corner, turned by a from the camera's meridian, is at radius sin(a) to the right,
+  for (const Vec3& point : points) {
+    const Vec3 at = point - center;
+    const float radius = std::hypot(at.x, at.z);
+    // Turned by a from the camera's meridian, the point is at radius sin(a) to the right,
     // y sin - radius cos cos(a) up and y cos + radius sin cos(a) outward. Sideways, the greatest
     // of p cos(a) + q |sin(a)| is hypot(p, q); upward, a convex function of cos(a) is greatest at
     // an end.
-    distance = std::max(distance, y * cos + radius * std::hypot(sin, 1 / tan_x));
+    distance = std::max(distance, at.y * cos + radius * std::hypot(sin, 1 / tan_x));
     for (const float out : {-radius, radius}) {
-      distance = std::max(distance, y * cos + out * sin + std::fabs(y * sin - out * cos) / tan_y);
+      distance =
+          std::max(distance, at.y * cos + out * sin + std::fabs(at.y * sin - out * cos) / tan_y);
     }
   }
-  return distance;
+  return {distance, center};
 }
 
 }  // namespace core

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/image_io/image_io.h"
+#include "core/math/extreme_points.h"
 #include "core/math/transform.h"
 
 namespace core {
@@ -139,8 +140,8 @@ bool has_mark(const MarkedBlocks& blocks, const TextureDescription& texture,
   return blocks.has_mark({u_low, v_low}, {u_high, v_high}, texture.wrap_u, texture.wrap_v);
 }
 
-Bounds bounds_of(const SceneDescription& scene) {
-  Bounds out;
+std::vector<Vec3> extreme_points_of(const SceneDescription& scene) {
+  ExtremePoints extremes;
   DrawnTriangles drawn(scene);
   for (const InstanceDescription& instance : scene.instances) {
     const auto mesh = static_cast<std::size_t>(instance.mesh);
@@ -149,12 +150,24 @@ Bounds bounds_of(const SceneDescription& scene) {
       continue;
     }
     for (const PrimitiveDescription& primitive : scene.meshes[mesh].primitives) {
+      std::vector<bool> is_added(primitive.positions.size());
       drawn.each_of(primitive, [&](const std::array<std::size_t, 3>& vertices) {
         for (const std::size_t v : vertices) {
-          out.add(exact_point(instance.to_world, primitive.positions[v]));
+          if (!is_added[v]) {
+            is_added[v] = true;
+            extremes.add(exact_point(instance.to_world, primitive.positions[v]));
+          }
         }
       });
     }
+  }
+  return extremes.points();
+}
+
+Bounds bounds_of(const SceneDescription& scene) {
+  Bounds out;
+  for (const Vec3& point : extreme_points_of(scene)) {
+    out.add(point);
   }
   return out;
 }

@@ -29,9 +29,12 @@ std::array<Vec2, 3> corners_in(const TextureDescription& texture, const std::vec
 bool has_mark(const MarkedBlocks& blocks, const TextureDescription& texture,
               const std::array<Vec2, 3>& corners);
 
-/// Returns the world bounds [m] of what is drawn of the instances that are not ground. Left out are
-/// triangles all of whose alpha is 0 or below the cutoff, by factor, vertices and texture, and
-/// instances scaled to a line or a point. Automatic cameras frame these bounds.
+/// Returns the extreme points [m] of what is drawn of the instances that are not ground. Left out
+/// are triangles all of whose alpha is 0 or below the cutoff, by factor, vertices and texture, and
+/// instances scaled to a line or a point.
+std::vector<Vec3> extreme_points_of(const SceneDescription& scene);
+
+/// Returns the bounds [m] of the same. Automatic cameras frame them.
 Bounds bounds_of(const SceneDescription& scene);
 
 }  // namespace core

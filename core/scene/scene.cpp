@@ -74,6 +74,7 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   }
   summary.origin = description.origin;
   summary.bounds = placed->bounds;
+  summary.extremes = placed->extremes;
   summary.triangles = placed->triangles;
   summary.instances = description.instances.size();
   summary.bytes = memory_of(*scene->data_) + environment_bytes(description.environment.get());

@@ -23,9 +23,10 @@ class SceneData;  // the parts for integrators: core/scene/scene_data.h
 /// The properties of a scene that GET /v1/scenes/{id} returns.
 struct SceneSummary {
   std::string name;
-  Place origin;               ///< SceneDescription::origin
-  Bounds bounds;              ///< from the origin, metres
-  std::size_t triangles = 0;  ///< counted per instance: a mesh used twice counts twice
+  Place origin;                ///< SceneDescription::origin
+  Bounds bounds;               ///< from the origin, metres
+  std::vector<Vec3> extremes;  ///< Extreme points of the model, likewise; framing reads them.
+  std::size_t triangles = 0;   ///< counted per instance: a mesh used twice counts twice
   std::size_t instances = 0;
   std::size_t bytes = 0;  ///< geometry, acceleration structure and textures
   std::size_t emissive_triangles = 0;

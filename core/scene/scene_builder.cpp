@@ -39,7 +39,10 @@ class Builder {
       return s;
     }
     number_objects(from_, to_);
-    bounds_ = bounds_of(from_);
+    extremes_ = extreme_points_of(from_);
+    for (const Vec3& point : extremes_) {
+      bounds_.add(point);
+    }
     place_meshes();
     if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
@@ -68,6 +71,8 @@ class Builder {
     }
     return out;
   }
+
+  const std::vector<Vec3>& extremes() const { return extremes_; }
   std::size_t placed_triangles() const { return placed_triangles_; }
 
  private:
@@ -422,9 +427,10 @@ class Builder {
   std::size_t top_level_ = 0;
   std::vector<const InstanceDescription*> instance_of_;  ///< of each placed mesh
   std::size_t placed_triangles_ = 0;
-  Bounds bounds_;         ///< of the model
-  Bounds ground_bounds_;  ///< of the ground
-  Bounds moved_bounds_;   ///< at later times of an open shutter
+  std::vector<Vec3> extremes_;  ///< of the model
+  Bounds bounds_;               ///< of the same
+  Bounds ground_bounds_;        ///< of the ground
+  Bounds moved_bounds_;         ///< at later times of an open shutter
 };
 
 }  // namespace
@@ -435,7 +441,7 @@ Result<PlacedGeometry> build_scene_data(SceneDescription& from, SceneData& to, i
   if (Status status = builder.run(threads, isa, stop); !status) {
     return status.error();
   }
-  return PlacedGeometry{builder.bounds(), builder.placed_triangles()};
+  return PlacedGeometry{builder.bounds(), builder.extremes(), builder.placed_triangles()};
 }
 
 }  // namespace core

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <stop_token>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
@@ -15,6 +16,7 @@ namespace core {
 /// The geometry of all instances.
 struct PlacedGeometry {
   Bounds bounds;
+  std::vector<Vec3> extremes;  ///< SceneSummary::extremes
   std::size_t triangles = 0;
 };
 

@@ -50,13 +50,36 @@ bool animates_materials(const core::SceneSummary& summary) {
   return std::find(names.begin(), names.end(), "KHR_animation_pointer") != names.end();
 }
 
-/// Empty unless the text is six numbers.
-core::Bounds read_bounds(const std::string& text) {
-  core::Bounds box;
+void add_number(std::string& text, double number) { text += " " + api::number_text(number); }
+
+std::string points_text(const std::vector<core::Vec3>& points) {
+  std::string text;
+  for (const core::Vec3& point : points) {
+    for (const float side : {point.x, point.y, point.z}) {
+      add_number(text, api::shortest_double(side));
+    }
+  }
+  return text;
+}
+
+std::string place_text(const core::Place& place) {
+  std::string text;
+  for (const double side : {place.x, place.y, place.z}) {
+    add_number(text, side);
+  }
+  return text;
+}
+
+/// Reads three numbers a point, of which `Point` is made, to the end or to text that is none.
+template <typename Point, typename Number>
+std::vector<Point> read_points(const std::string& text) {
+  std::vector<Point> points;
   std::istringstream numbers(text);
   numbers.imbue(std::locale::classic());
-  numbers >> box.min.x >> box.min.y >> box.min.z >> box.max.x >> box.max.y >> box.max.z;
-  return numbers ? box : core::Bounds{};
+  for (Number x, y, z; numbers >> x >> y >> z;) {
+    points.push_back(Point{x, y, z});
+  }
+  return points;
 }
 
 }  // namespace
@@ -88,13 +111,9 @@ std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_b
     text += "dispersion 1\n";
   }
   if (!summary.bounds.empty()) {
-    text += "bounds";
-    for (const core::Vec3& corner : {summary.bounds.min, summary.bounds.max}) {
-      for (const float side : {corner.x, corner.y, corner.z}) {
-        text += " " + api::number_text(api::shortest_double(side));
-      }
-    }
-    text += "\n";
+    text += "bounds" + points_text({summary.bounds.min, summary.bounds.max}) + "\n";
+    text += "origin" + place_text(summary.origin) + "\n";
+    text += "extremes" + points_text(summary.extremes) + "\n";
   }
   text += "triangles " + std::to_string(summary.triangles) + "\n";
   text += "bytes " + std::to_string(summary.bytes) + "\n";
@@ -110,6 +129,10 @@ std::uint64_t load_bytes_of(std::string_view facts) {
   }
   const std::string_view value = facts.substr(at + kName.size());
   return parse_decimal(value.substr(0, value.find('\n'))).value_or(0);
+}
+
+bool lacks_extremes(const core::SceneSummary& facts) {
+  return facts.extremes.empty() && !facts.bounds.empty();
 }
 
 core::SceneSummary decode_facts(std::string_view text) {
@@ -146,7 +169,15 @@ core::SceneSummary decode_facts(std::string_view text) {
     } else if (kind == "dispersion") {
       summary.has_dispersion = true;
     } else if (kind == "bounds") {
-      summary.bounds = read_bounds(value);
+      for (const core::Vec3& point : read_points<core::Vec3, float>(value)) {
+        summary.bounds.add(point);
+      }
+    } else if (kind == "extremes") {
+      summary.extremes = read_points<core::Vec3, float>(value);
+    } else if (kind == "origin") {
+      for (const core::Place& place : read_points<core::Place, double>(value)) {
+        summary.origin = place;
+      }
     } else if (kind == "triangles") {
       summary.triangles = static_cast<std::size_t>(parse_decimal(value).value_or(0));
     } else if (kind == "bytes") {

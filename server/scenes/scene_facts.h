@@ -13,11 +13,13 @@
 namespace server {
 
 /// Encodes for the store: names and kinds of cameras, names of variants, whether the scene has its
-/// own lights, scattering media or dispersion, bounds, sizes. decode_facts() returns a summary of
-/// these alone. load_bytes: peak memory of loading besides the scene, including the file; 0:
-/// unknown.
+/// own lights, scattering media or dispersion, bounds, origin and extreme points, sizes.
+/// decode_facts() returns a summary of these alone. load_bytes: peak memory of loading besides the
+/// scene, including the file; 0: unknown.
 std::string encode_facts(const core::SceneSummary& summary, std::uint64_t load_bytes = 0);
 core::SceneSummary decode_facts(std::string_view text);
+/// Returns whether a version without origin and extreme points encoded these facts.
+bool lacks_extremes(const core::SceneSummary& facts);
 std::uint64_t load_bytes_of(std::string_view facts);
 
 /// Returns errors for stop rules that have no meaning with the scene's media.

@@ -308,7 +308,19 @@ core::Result<core::SceneSummary> SceneService::facts(const std::string& id, cons
   if (!*row) {
     return unknown_scene(id, "/scene");
   }
-  return decode_facts((*row)->facts);
+  core::SceneSummary facts = decode_facts((*row)->facts);
+  if (lacks_extremes(facts)) {
+    const auto scene = load(id, 0, std::nullopt);
+    if (!scene) {
+      return scene.error();
+    }
+    const std::string text = encode_facts((*scene)->summary(), load_bytes_of((*row)->facts));
+    if (const Status status = table_.set_facts(id, text); !status) {
+      return status.error();
+    }
+    facts = decode_facts(text);
+  }
+  return facts;
 }
 
 core::Result<std::vector<SceneRow>> SceneService::list(const Access& access,

@@ -40,6 +40,13 @@ Status SceneTable::insert_scene(const SceneRow& row, const Access& access) {
   return database_.transact(work, Database::Spend::kFreeSpace);
 }
 
+Status SceneTable::set_facts(std::string_view id, std::string_view facts) {
+  const auto work = [&](Database::Session& session) {
+    return session.prepare("UPDATE scenes SET facts=? WHERE id=?").bind(facts).bind(id).run();
+  };
+  return database_.transact(work, Database::Spend::kFreeSpace);
+}
+
 core::Result<std::optional<SceneRow>> SceneTable::find_scene(std::string_view id,
                                                              const Access& access) {
   auto session = database_.session();

@@ -35,6 +35,7 @@ class SceneTable {
 
   /// Inserts the scene if it is new, and a tenant's reference to it.
   core::Status insert_scene(const SceneRow& row, const Access& access);
+  core::Status set_facts(std::string_view id, std::string_view facts);
   /// Returns empty if `access` sees no such scene.
   core::Result<std::optional<SceneRow>> find_scene(std::string_view id, const Access& access);
   /// Returns whether the tenant keeps it; if all is shared, whether any tenant does.

@@ -92,24 +92,30 @@ TEST(RenderJob, HasExactlyOneScene) {
   EXPECT_EQ(pointer("[]", "", "a"), "");  // no member is at fault
 }
 
-TEST(FrameModel, TurntableHasTheLeastDistanceThatFitsAllAngles) {
+TEST(FrameModel, TurntableHasOneDistanceThatFitsAllAngles) {
   core::SceneSummary bar;
   bar.bounds = {.min = {-2, 0, -0.25F}, .max = {2, 1, 0.25F}};
-  const auto radius_m = [&bar](int theta_degrees, bool is_turntable) {
+  for (const float x : {-2.0F, 2.0F}) {
+    for (const float y : {0.0F, 1.0F}) {
+      bar.extremes.insert(bar.extremes.end(), {{x, y, -0.25F}, {x, y, 0.25F}});
+    }
+  }
+  bar.origin = {1e6, 0, 0};
+  const auto orbit = [&bar](int theta_degrees, bool is_turntable) {
     const auto query =
         parse({{"theta", std::to_string(theta_degrees)}, {"phi", "90"}, {"size", "800x800"}});
     auto job = api::parse_render_job("", *query, {.scene = "bar"});
     api::frame_model(job->spec, bar, is_turntable);
-    return *job->spec.orbit->radius_m;
+    return *job->spec.orbit;
   };
-  float greatest = 0;
   for (int theta = 0; theta < 360; ++theta) {
-    EXPECT_EQ(radius_m(theta, true), radius_m(0, true));
-    greatest = std::max(greatest, radius_m(theta, false));
+    EXPECT_EQ(orbit(theta, true).radius_m, orbit(0, true).radius_m);
+    EXPECT_EQ(orbit(theta, true).target, core::Place(1e6, 0.5, 0));
+    EXPECT_LE(*orbit(theta, false).radius_m, *orbit(theta, true).radius_m);
   }
-  EXPECT_LE(greatest, radius_m(0, true) * (1 + 1e-6F));  // rounding
-  EXPECT_GT(greatest, radius_m(0, true) * (1 - 1e-4F));  // half a degree beside: 1 - cos = 4e-5
-  EXPECT_LT(radius_m(90, false), 0.6F * greatest);       // from its end, the bar is small
+  EXPECT_EQ(orbit(0, false).target, core::Place(1e6, 0.5, 0));
+  // From its end, the bar is small.
+  EXPECT_LT(*orbit(90, false).radius_m, 0.6F * *orbit(90, true).radius_m);
 }
 
 }  // namespace

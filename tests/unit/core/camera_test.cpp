@@ -8,6 +8,7 @@
 
 #include "core/camera/framing.h"
 #include "core/camera/orbit.h"
+#include "core/math/extreme_points.h"
 #include "core/scene/drawn.h"
 #include "core/scene/ground.h"
 #include "tests/support/scenes.h"
@@ -79,16 +80,26 @@ TEST(Camera, OrbitRotatesCounterClockwiseAboutYFromTheFront) {
   EXPECT_TRUE(Camera::create(on_orbit(orbit), {}, unit_box(), 200, 100));
 }
 
+std::vector<Vec3> corners_of(const core::Bounds& box) {
+  std::vector<Vec3> corners;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    corners.push_back({(corner & 1U) != 0 ? box.max.x : box.min.x,
+                       (corner & 2U) != 0 ? box.max.y : box.min.y,
+                       (corner & 4U) != 0 ? box.max.z : box.min.z});
+  }
+  return corners;
+}
+
 TEST(Camera, FramingLeavesTheMarginAtTheNearestSide) {
   // In front of a box of 4 by 1 by 1: the nearest face is half a metre nearer than the centre, and
   // its half width of 2 takes 1 - 2 * 0.08 of half the view's width, tan(45 / 2) * width / height.
-  const core::Bounds box{.min = {-2, -0.5F, -0.5F}, .max = {2, 0.5F, 0.5F}};
+  const std::vector<Vec3> box = corners_of({.min = {-2, -0.5F, -0.5F}, .max = {2, 0.5F, 0.5F}});
   const double view = 0.84 * std::tan(45 * std::numbers::pi / 360);
   const auto distance = [&box](float theta_degrees, float phi_degrees, int width) {
     core::CameraOrbit orbit;
     orbit.theta_degrees = theta_degrees;
     orbit.phi_degrees = phi_degrees;
-    return static_cast<double>(core::framing_distance_m({}, orbit, box, width, 100, 0.08F));
+    return static_cast<double>(core::nearest_framing({}, orbit, box, width, 100, 0.08F).distance_m);
   };
   EXPECT_NEAR(distance(0, 90, 100), 0.5 + 2 / view, 1e-4);
   EXPECT_NEAR(distance(0, 90, 200), 0.5 + 1 / view, 1e-4);
@@ -97,35 +108,120 @@ TEST(Camera, FramingLeavesTheMarginAtTheNearestSide) {
   EXPECT_NEAR(distance(0, 0, 100), 0.5 + 2 / view, 1e-4);    // from above
 }
 
-TEST(Camera, TurningDistanceIsTheGreatestOfAllAngles) {
+TEST(Camera, FramingTouchesTheMarginAndCentresTheModel) {
+  // In units of half the image: the larger of width and height takes 1 - 2 * 0.08 on both sides.
+  test_support::Random rng(7);
+  for (int turn = 0; turn < 50; ++turn) {
+    std::vector<Vec3> points;
+    for (int i = 0; i < 12; ++i) {
+      points.push_back({100 + 3 * rng.uniform(), rng.uniform() - 7, 0.5F * rng.uniform()});
+    }
+    core::CameraOrbit orbit;
+    orbit.theta_degrees = 360 * rng.uniform();
+    orbit.phi_degrees = 180 * rng.uniform();
+    const int width = turn % 2 == 0 ? 200 : 60;
+    const core::Framing framing = core::nearest_framing({}, orbit, points, width, 100, 0.08F);
+    orbit.radius_m = framing.distance_m;
+    orbit.target = framing.target;
+    const Camera camera = make(on_orbit(orbit, width, 100), {}, width, 100);
+    Vec2 low{1, 1};
+    Vec2 high{-1, -1};
+    for (const Vec3& point : points) {
+      const auto at = camera.project(point, {});
+      ASSERT_TRUE(at);
+      const Vec2 p{2 * at->x / static_cast<float>(width) - 1, 2 * at->y / 100 - 1};
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+    const bool is_wide = high.x - low.x > high.y - low.y;
+    EXPECT_NEAR(is_wide ? low.x : low.y, -0.84F, 1e-4F) << turn;
+    EXPECT_NEAR(is_wide ? high.x : high.y, 0.84F, 1e-4F) << turn;
+    EXPECT_NEAR(low.x, -high.x, 1e-3F) << turn;
+    EXPECT_NEAR(low.y, -high.y, 1e-3F) << turn;
+  }
+}
+
+TEST(Camera, TurningFramingFitsAllAnglesAndTouchesAtOne) {
   // Beside the tightest angle, the distance falls by at most r (1 + 1 / tan) (step / 2)^2 / 2.
   constexpr double kStepDegrees = 0.25;
-  const core::Bounds bar{.min = {-1, 2, 3}, .max = {3, 3, 3.5F}};
+  constexpr double kDegree = std::numbers::pi / 180;
+  const core::Bounds box{.min = {-1, 2, 3}, .max = {3, 3, 3.5F}};
+  const std::vector<Vec3> bar = corners_of(box);
   const double span = std::hypot(4.0, 0.5);
   for (const int width : {50, 100, 300}) {
-    const double tangent =
-        0.84 * std::tan(45 * std::numbers::pi / 360) * std::min(width, 100) / 100;
+    const double tan_y = 0.84 * std::tan(45 * kDegree / 2);
+    const double tan_x = tan_y * width / 100;
     const double fall =
-        span / 2 * (1 + 1 / tangent) * std::pow(kStepDegrees / 2 * std::numbers::pi / 180, 2) / 2;
-    for (const float phi : {0.0F, 20.0F, 75.0F, 90.0F, 140.0F}) {
+        span / 2 * (1 + 1 / std::min(tan_x, tan_y)) * std::pow(kStepDegrees / 2 * kDegree, 2) / 2;
+    for (const float phi_degrees : {0.0F, 20.0F, 75.0F, 90.0F, 140.0F}) {
       core::CameraOrbit orbit;
-      orbit.phi_degrees = phi;
-      const auto turning = [&] {
-        return static_cast<double>(core::turning_distance_m({}, orbit, bar, width, 100, 0.08F));
-      };
-      const double all = turning();
+      orbit.phi_degrees = phi_degrees;
+      const core::Framing all = core::turning_framing({}, orbit, bar, width, 100, 0.08F);
+      EXPECT_EQ(all.target, box.center());
+      const double phi = static_cast<double>(phi_degrees) * kDegree;
+      const double sin = std::sin(phi);
+      const double cos = std::cos(phi);
       double greatest = 0;
       for (double theta = 0; theta < 360; theta += kStepDegrees) {
         orbit.theta_degrees = static_cast<float>(theta);
-        EXPECT_EQ(turning(), all);
-        greatest = std::max(greatest, static_cast<double>(core::framing_distance_m(
-                                          {}, orbit, bar, width, 100, 0.08F)));
+        EXPECT_EQ(core::turning_framing({}, orbit, bar, width, 100, 0.08F).distance_m,
+                  all.distance_m);
+        for (const Vec3& corner : bar) {
+          const core::Place at = core::Place(corner) - core::Place(box.center());
+          const double x = std::cos(theta * kDegree) * at.x - std::sin(theta * kDegree) * at.z;
+          const double z = std::sin(theta * kDegree) * at.x + std::cos(theta * kDegree) * at.z;
+          const double outward = z * sin + at.y * cos;
+          const double up = at.y * sin - z * cos;
+          greatest =
+              std::max(greatest, outward + std::max(std::fabs(x) / tan_x, std::fabs(up) / tan_y));
+        }
       }
       constexpr double kRounding = 1e-5;  // some units in the last place of 20 m
-      EXPECT_GE(all, greatest - kRounding) << width << " " << phi;
-      EXPECT_LE(all, greatest + fall + kRounding) << width << " " << phi;
+      EXPECT_GE(all.distance_m, greatest - kRounding) << width << " " << phi_degrees;
+      EXPECT_LE(all.distance_m, greatest + fall + kRounding) << width << " " << phi_degrees;
     }
   }
+}
+
+TEST(ExtremePoints, AreTheCornersOfABox) {
+  core::ExtremePoints extremes;
+  EXPECT_TRUE(extremes.points().empty());
+  const std::vector<Vec3> corners = corners_of({.min = {-1, -2, -3}, .max = {1, 5, 4}});
+  for (const Vec3& corner : corners) {
+    extremes.add({0, 0, 0});
+    extremes.add(corner);
+    extremes.add(corner * 0.5F);
+  }
+  const std::vector<Vec3> found = extremes.points();
+  EXPECT_EQ(found.size(), corners.size());
+  for (const Vec3& corner : corners) {
+    EXPECT_EQ(std::count(found.begin(), found.end(), corner), 1);
+  }
+}
+
+TEST(ExtremePoints, ReadTheExtentOfASphere) {
+  test_support::Random rng(3);
+  const auto direction = [&rng] {
+    const float z = 2 * rng.uniform() - 1;
+    const float angle = 2 * core::kPi * rng.uniform();
+    return Vec3{std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
+  };
+  core::ExtremePoints extremes;
+  for (int i = 0; i < 100'000; ++i) {
+    extremes.add(direction());
+  }
+  const std::vector<Vec3> points = extremes.points();
+  EXPECT_EQ(points.size(), core::ExtremePoints::kDirections);
+  float least = 1;
+  for (int i = 0; i < 10'000; ++i) {
+    const Vec3 d = direction();
+    float extent = -1;
+    for (const Vec3& point : points) {
+      extent = std::max(extent, dot(point, d));
+    }
+    least = std::min(least, extent);
+  }
+  EXPECT_GE(least, std::cos(10 * core::kPi / 180));
 }
 
 TEST(Camera, AutomaticOrbitContainsTheWholeBox) {

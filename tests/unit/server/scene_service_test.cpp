@@ -67,6 +67,21 @@ TEST_F(Scenes, NamesAGlbByItsHashAndRecognisesItTheSecondTime) {
   EXPECT_TRUE(scenes->load(first->id, 0, std::nullopt));
 }
 
+TEST_F(Scenes, FactsOfAnOlderVersionAreReadAnew) {
+  const auto added = scenes->add_file(core::find_builtin_scene("cornell-box")->make_glb());
+  ASSERT_TRUE(added);
+  const auto facts = [&] { return *scenes->facts(added->id, Access::of("")); };
+  const core::SceneSummary all = facts();
+  EXPECT_FALSE(all.extremes.empty());
+  ASSERT_TRUE(table->set_facts(added->id, "bounds 0 0 0 1 1 1\nload_bytes 17\n"));
+  EXPECT_EQ(facts().extremes, all.extremes);
+  EXPECT_EQ(facts().triangles, all.triangles);
+  const auto row = table->find_scene(added->id, Access::of(""));
+  ASSERT_TRUE(row && *row);
+  EXPECT_EQ(server::load_bytes_of((*row)->facts), 17U);
+  EXPECT_FALSE(server::lacks_extremes(server::decode_facts((*row)->facts)));
+}
+
 TEST_F(Scenes, ReloadsAStoredSceneFromItsFiles) {
   const auto added =
       scenes->add_zip(bytes_of(make_zip({{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true},
@@ -229,6 +244,8 @@ TEST(SceneFacts, RoundTrip) {
   summary.has_emissive_strength = true;
   summary.has_scattering = true;
   summary.bounds = {.min = {-1e-7F, 0, 0.1F}, .max = {1, 2e9F, 3}};
+  summary.extremes = {{-1e-7F, 2e9F, 3}, {1, 0, 0.1F}};
+  summary.origin = {1e9 + 0.1, -2, 0};
   const core::SceneSummary back = server::decode_facts(server::encode_facts(summary));
   ASSERT_EQ(back.cameras.size(), 2U);
   EXPECT_EQ(back.cameras[0].name, "main view %");
@@ -242,6 +259,8 @@ TEST(SceneFacts, RoundTrip) {
   EXPECT_EQ(back.bytes, 3456U);
   EXPECT_EQ(back.bounds.min, summary.bounds.min);
   EXPECT_EQ(back.bounds.max, summary.bounds.max);
+  EXPECT_EQ(back.extremes, summary.extremes);
+  EXPECT_EQ(back.origin, summary.origin);
   EXPECT_TRUE(server::decode_facts(server::encode_facts({})).bounds.empty());
 }
 

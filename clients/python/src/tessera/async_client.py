@@ -67,7 +67,7 @@ class AsyncClient:
         transport: httpx.AsyncBaseTransport | None = None,
     ) -> None:  # fmt: skip
         address = Address.of(server, key)
-        self.server = address.server
+        self.server, self.key = address.server, address.key
         self.retry = retry or Retry()
         self.compressed = not is_loopback(self.server) if compressed is None else compressed
         self._http = httpx.AsyncClient(transport=transport, **address.settings(timeout))

@@ -67,7 +67,7 @@ class Client:
         transport: httpx.BaseTransport | None = None,
     ) -> None:  # fmt: skip
         address = Address.of(server, key)
-        self.server = address.server
+        self.server, self.key = address.server, address.key
         self.retry = retry or Retry()
         self.compressed = not is_loopback(self.server) if compressed is None else compressed
         self._http = httpx.Client(transport=transport, **address.settings(timeout))

@@ -276,7 +276,8 @@ class Pictures(ApiTest):
                 self.assertEqual(answer.headers["ETag"], image.headers["ETag"], shared)
         self.assertEqual(len({metres["turning", theta] for theta in (0, 45, 90)}), 1)
         self.assertEqual(len({metres["p", theta] for theta in (0, 45, 90)}), 3)
-        self.assertAlmostEqual(metres["turning", 0], metres["p", 90], places=4)  # the tightest
+        # At each angle alone, the triangle is in the middle of the image.
+        self.assertGreater(metres["turning", 0], max(metres["p", theta] for theta in (0, 45, 90)))
 
     def test_deadline_is_the_presets(self):
         self.server.request("PUT", "/v1/presets/hasty", {**LONG, "deadline_seconds": 0.1})

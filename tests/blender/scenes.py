@@ -32,7 +32,9 @@ def material(name, color=(0.8, 0.8, 0.8), **inputs):
     shader.inputs["Base Color"].default_value = (*color, 1)
     shader.distribution = "MULTI_GGX"
     level = "Specular IOR Level" if "Specular IOR Level" in shader.inputs else "Specular"
-    for key, value in ({level: 0.0, "Roughness": 1.0} | inputs).items():
+    # Before Blender 4, a metal without it reflects no more at grazing angles.
+    layer = 0.5 if inputs.get("Metallic") else 0.0
+    for key, value in ({level: layer, "Roughness": 1.0} | inputs).items():
         shader.inputs[key].default_value = value
     return made
 

@@ -4,22 +4,35 @@ tests/blender/run has the tests in Blender, and the comparison with Cycles.
 """
 
 import ast
+import json
 import math
+import os
 import pathlib
+import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from types import SimpleNamespace as Having
 
 import numpy as np
 import OpenEXR
 import tomllib
-from support import REPOSITORY
+from harness import PATIENCE_S, triangle_glb
+from support import REPOSITORY, ServerTest
 
 HOME = pathlib.Path(REPOSITORY) / "clients/blender"
 sys.path.insert(0, str(HOME))
 
-from tessera_blender import cameras, exr, lights, losses, passes, worlds  # noqa: E402
+from tessera_blender import (  # noqa: E402
+    cameras,
+    exr,
+    lights,
+    losses,
+    passes,
+    preview_process,
+    worlds,
+)
 
 UPRIGHT = [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]  # looks along +y
 
@@ -112,6 +125,119 @@ class Cameras(unittest.TestCase):
         self.assertAlmostEqual(view["orthographic_height"], 3)
         view, _ = cameras.camera_and_film(camera(type="PANO"), UPRIGHT, render())
         self.assertEqual(view["type"], "panorama")
+
+
+class Viewports(unittest.TestCase):
+    """Window and view matrices, as Blender's regions have them."""
+
+    TURN, TIP = 0.7, 0.4
+    # Rows: right, up and back of a camera that is turned about z, then tipped.
+    AXES = np.array([
+        [math.cos(TURN), math.sin(TURN), 0],
+        [-math.sin(TIP) * math.sin(TURN), math.sin(TIP) * math.cos(TURN), math.cos(TIP)],
+        [math.cos(TIP) * math.sin(TURN), -math.cos(TIP) * math.cos(TURN), math.sin(TIP)],
+    ])  # fmt: skip
+    EYE = np.array([3.0, -4.0, 2.0])
+    WIDTH, HEIGHT = 320, 200
+    POINTS = np.random.default_rng(1).uniform(-1, 1, (20, 3))
+
+    def view(self):
+        return np.block([[self.AXES, -self.AXES @ self.EYE[:, None]], [np.eye(4)[3:]]])
+
+    def drawn(self, window, point):
+        """Pixel, from the top left, at which a viewport draws a point."""
+        clip = window @ self.view() @ [*point, 1]
+        x, y = clip[:2] / clip[3]
+        return (x + 1) / 2 * self.WIDTH, (1 - y) / 2 * self.HEIGHT
+
+    def local(self, seen, point):
+        """The point in the axes of the job's camera."""
+        place = np.reshape(seen["pose"]["matrix"], (4, 4))
+        self.assertEqual(seen["pose"]["convention"], "opengl")
+        return place[:3, :3].T @ (np.array(cameras.y_up(*point)) - place[:3, 3])
+
+    def test_a_pinhole_sees_what_a_perspective_viewport_draws(self):
+        window = np.array([[1.8, 0, 0.3, 0], [0, 2.5, -0.2, 0], [0, 0, -1.01, -0.2], [0, 0, -1, 0]])
+        seen = cameras.of_view(window.tolist(), self.view().tolist(), self.WIDTH, self.HEIGHT)
+        self.assertEqual(seen["type"], "pinhole")
+        for point in self.POINTS:
+            x, y, z = self.local(seen, point)
+            self.assertLess(z, 0)
+            pixel = (seen["cx"] - seen["fx"] * x / z, seen["cy"] + seen["fy"] * y / z)
+            np.testing.assert_allclose(pixel, self.drawn(window, point), atol=1e-9)
+
+    def test_an_orthographic_viewport_begins_behind_its_eye(self):
+        window = np.array([[0.25, 0, 0, 0.1], [0, 0.4, 0, -0.3], [0, 0, -0.01, 0.2], [0, 0, 0, 1]])
+        seen = cameras.of_view(window.tolist(), self.view().tolist(), self.WIDTH, self.HEIGHT)
+        self.assertEqual(seen["type"], "orthographic")
+        scale = self.HEIGHT / seen["orthographic_height"]
+        for point in self.POINTS:
+            x, y, z = self.local(seen, point)
+            np.testing.assert_allclose(
+                (self.WIDTH / 2 + scale * x, self.HEIGHT / 2 - scale * y),
+                self.drawn(window, point), atol=1e-9)
+            depth = (window @ self.view() @ [*point, 1])[2]
+            self.assertAlmostEqual(-z, (depth + 1) / 0.01)  # from the near plane, at depth -1
+
+
+class PreviewProcess(ServerTest):
+    """The process that talks to the server, with a folder and orders as of Blender."""
+
+    def setUp(self):
+        super().setUp()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tessera_blender.preview_process", folder.name], text=True,
+            stdin=subprocess.PIPE, env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)})
+        self.addCleanup(self.process.communicate)
+
+    def order(self, **order):
+        self.process.stdin.write(json.dumps(order) + "\n")
+        self.process.stdin.flush()
+
+    def ask(self, width, color):
+        self.order(server=self.client.server, key="",
+                   world={"color": color, "strength": 1.0, "image": None,
+                          "rotation_degrees": 0.0, "losses": []},
+                   request={"class": "preview", "preview_key": "view",
+                            "film": {"width": width, "height": 16},
+                            "stop": {"samples_per_pixel": 4}})
+
+    def wait_for(self, condition):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
+
+    def corner(self, width):
+        """The colour of the lower left pixel, of an image of this width; empty before."""
+        path = self.folder / preview_process.IMAGE
+        image = preview_process.read_image(path) if path.exists() else np.zeros((0, 0, 4))
+        return image[0, 0].tolist() if image.shape == (16, width, 4) else []
+
+    def test_shows_the_newest_view_and_ends_with_its_input(self):
+        scene = self.folder / "scene.glb"
+        scene.write_bytes(triangle_glb())
+        self.ask(24, [0.5, 0.25, 1.0])  # waits for a document
+        self.order(document=str(scene))
+        self.wait_for(lambda: self.corner(24) == [0.5, 0.25, 1.0, 1.0])
+        self.ask(32, [0.25, 1.0, 0.5])
+        self.wait_for(lambda: self.corner(32) == [0.25, 1.0, 0.5, 1.0])
+        status = self.folder / preview_process.STATUS
+        self.wait_for(lambda: status.exists() and "error" in status.read_text())
+        self.process.stdin.close()
+        self.assertEqual(self.process.wait(PATIENCE_S), 0)
+
+    def test_a_fault_is_the_status(self):
+        scene = self.folder / "scene.gltf"
+        scene.write_text("{}")
+        self.ask(24, [1.0, 1.0, 1.0])
+        self.order(document=str(scene))
+        status = self.folder / preview_process.STATUS
+        self.wait_for(status.exists)
+        self.assertIn("asset", status.read_text())
 
 
 def light(kind, energy, **more):

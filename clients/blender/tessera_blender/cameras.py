@@ -106,3 +106,37 @@ def camera_and_film(camera: Any, matrix: Any, render: Any) -> tuple[dict[str, An
     focal_pixels = camera.lens / sensor_mm * pixels
     fov = 2 * math.degrees(math.atan(film["height"] / (2 * focal_pixels)))
     return {"type": "perspective", "vertical_fov_degrees": fov, **pose, **lens}, film
+
+
+def of_view(window: Any, view: Any, width: int, height: int) -> dict[str, Any]:
+    """Returns the member `camera` that sees what a viewport shows.
+
+    window, view: the region's window_matrix and view_matrix, rows of 4. width, height: pixels of
+    the film.
+    """
+    # The view is a rotation and a translation, whose inverse is the camera's place.
+    right, up, back = ([view[row][k] for k in range(3)] for row in range(3))
+
+    def world(x: float, y: float, z: float) -> list[float]:
+        at = (x - view[0][3], y - view[1][3], z - view[2][3])
+        return [sum(a * axis[k] for a, axis in zip(at, (right, up, back), strict=True))
+                for k in range(3)]  # fmt: skip
+
+    def posed(eye: list[float]) -> dict[str, Any]:
+        columns = [y_up(*axis) for axis in (right, up, back, eye)]
+        rows = [[column[k] for column in columns] for k in range(3)] + [[0.0, 0.0, 0.0, 1.0]]
+        return {"pose": {"convention": "opengl", "matrix": [x for row in rows for x in row]}}
+
+    across, along = window[0][0], window[1][1]
+    if window[3][3] == 0:
+        return {
+            "type": "pinhole",
+            "fx": across * width / 2,
+            "fy": along * height / 2,
+            "cx": (1 - window[0][2]) * width / 2,
+            "cy": (1 + window[1][2]) * height / 2,
+        } | posed(world(0, 0, 0))
+    # An orthographic viewport shows the scene behind its eye, too: the camera is where it begins.
+    near = (-1 - window[2][3]) / window[2][2]
+    eye = world(-window[0][3] / across, -window[1][3] / along, near)
+    return {"type": "orthographic", "orthographic_height": 2 / along} | posed(eye)

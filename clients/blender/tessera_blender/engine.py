@@ -11,6 +11,7 @@ from tessera import Job, TesseraError
 
 from . import cameras, jobs, losses, passes, server
 from .following import Following, status
+from .preview import Preview
 
 # A look for Esc, and the shortest time between two pictures in Blender's window.
 _LOOK_S = 0.1
@@ -122,6 +123,15 @@ class TesseraEngine(bpy.types.RenderEngine):
                     self.get_result().stamp_data_add_field(name, text)
         for name, image in found.items():
             self._set(result, name, image)
+
+    def view_update(self, _context: Any, depsgraph: Any) -> None:
+        """Called where a viewport with Rendered shading begins, and where the scene changes."""
+        if not hasattr(self, "_preview"):
+            self._preview = Preview(self)
+        self._preview.scene_changed(depsgraph)
+
+    def view_draw(self, context: Any, depsgraph: Any) -> None:
+        self._preview.draw(context, depsgraph.scene)
 
     def update_render_passes(self, scene: Any, view_layer: Any) -> None:
         self.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")

@@ -20,6 +20,10 @@ def _background(scene: Any) -> dict[str, Any]:
     return {"type": "transparent", "through_glass": bool(glass)}
 
 
+def _integrator(settings: Any) -> dict[str, Any]:
+    return {"type": settings.integrator, "max_depth": settings.max_depth}
+
+
 def stop_rules(settings: Any) -> dict[str, Any]:
     """The first that is met ends the job. The error is that of the image that Blender shows."""
     rules: dict[str, Any] = {"samples_per_pixel": settings.samples}
@@ -31,13 +35,20 @@ def stop_rules(settings: Any) -> dict[str, Any]:
     return rules
 
 
-def _environment(scene: Any, client: Client) -> dict[str, Any] | None:
+def read_world(scene: Any) -> tuple[worlds.World, Path | bytes | None]:
+    """The world and the content of its image, for environment()."""
     world = worlds.read_world(scene.world)
-    asset = None
-    if world.image is not None:
-        path = bpy.path.abspath(world.image.filepath, library=world.image.library)
-        asset = client.upload_asset(worlds.image_content(world.image, path))
-    return worlds.member(world, asset)
+    if world.image is None:
+        return world, None
+    path = bpy.path.abspath(world.image.filepath, library=world.image.library)
+    return world, worlds.image_content(world.image, path)
+
+
+def environment(
+    client: Client, world: worlds.World, content: Path | bytes | None
+) -> dict[str, Any] | None:
+    """The member `environment`; uploads the image. Needs no main thread."""
+    return worlds.member(world, None if content is None else client.upload_asset(content))
 
 
 def _evaluate(scene: Any, animation: bool) -> None:
@@ -77,11 +88,27 @@ def submit(client: Client, depsgraph: Any, uploaded: Scene) -> Job:
         "name": f"{Path(bpy.data.filepath).stem or 'Blender'} {scene.frame_current}",
         "seed": settings.seed,
         "camera": camera,
-        "environment": _environment(scene, client),
+        "environment": environment(client, *read_world(scene)),
         "background": _background(scene),
         "film": film,
-        "integrator": {"type": settings.integrator, "max_depth": settings.max_depth},
+        "integrator": _integrator(settings),
         "stop": stop_rules(settings),
         "denoise": {"type": "none" if settings.denoise == "off" else "auto"},
     }
     return client.submit(uploaded, request=request)
+
+
+def preview(scene: Any, camera: dict[str, Any], size: tuple[int, int], key: str) -> dict[str, Any]:
+    """The request of a viewport's preview but for its environment. key: of the viewport, whose next
+    preview supersedes this one."""
+    settings = scene.tessera
+    return {
+        "class": "preview",
+        "preview_key": key,
+        "seed": settings.seed,
+        "camera": camera,
+        "background": _background(scene),
+        "film": {"width": size[0], "height": size[1]},
+        "integrator": _integrator(settings),
+        "stop": {"samples_per_pixel": settings.preview_samples},
+    }

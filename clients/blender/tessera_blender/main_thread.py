@@ -24,7 +24,7 @@ def _look() -> float:
     return _LOOK_S
 
 
-def _with_window(work: Callable[[], Any]) -> Any:
+def with_window(work: Callable[[], Any]) -> Any:
     """A timer has no window; the exporter looks for the active object of one."""
     windows = bpy.context.window_manager.windows
     if bpy.context.window is not None or not windows:
@@ -36,14 +36,14 @@ def _with_window(work: Callable[[], Any]) -> Any:
 def in_main_thread(work: Callable[[], Any]) -> Any:
     """Returns the result of work(), or raises its exception."""
     if threading.current_thread() is threading.main_thread():
-        return _with_window(work)
+        return with_window(work)
     done = threading.Event()
     results: list[Any] = []
     faults: list[Exception] = []
 
     def run() -> None:
         try:
-            results.append(_with_window(work))
+            results.append(with_window(work))
         except Exception as fault:
             faults.append(fault)
         done.set()

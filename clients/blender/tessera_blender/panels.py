@@ -78,9 +78,10 @@ class TESSERA_PT_sampling(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         self.layout.use_property_split = True
-        for name in ("error_percent", "samples", "seconds", "denoise", "integrator", "max_depth",
-                     "seed"):  # fmt: skip
+        for name in ("error_percent", "samples", "seconds", "denoise", "preview_samples",
+                     "integrator", "max_depth", "seed"):  # fmt: skip
             self.layout.prop(context.scene.tessera, name)
+        self.layout.prop(context.scene.render, "preview_pixel_size")
 
 
 class TESSERA_PT_losses(_Panel, bpy.types.Panel):

@@ -42,6 +42,10 @@ class TesseraSettings(bpy.types.PropertyGroup):
         name="Max Samples", default=4096, min=1, max=65536,
         description="Stop at this number of samples per pixel",
     )  # fmt: skip
+    preview_samples: IntProperty(
+        name="Viewport Samples", default=64, min=1, max=65536,
+        description="Samples per pixel of Rendered shading in the viewport",
+    )  # fmt: skip
     seconds: FloatProperty(
         name="Max Seconds", default=0.0, min=0.0, max=604800.0,
         description="Stop after this time; 0: no such rule",

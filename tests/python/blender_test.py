@@ -75,12 +75,12 @@ def tree(*nodes):
 
 class Cameras(unittest.TestCase):
     def seen(self, data, frame, x, y, distance):
-        """Pixel of a point by the job: a film about the optical axis, of which a crop is kept."""
+        """Pixel of a point by the job: the centre of the film is off the optical axis."""
         view, film = cameras.camera_and_film(data, UPRIGHT, frame)
         focal = film["height"] / (2 * math.tan(math.radians(view["vertical_fov_degrees"]) / 2))
-        crop = film.get("crop", {"x": 0, "y": 0})
-        return (film["width"] / 2 + focal * x / distance - crop["x"],
-                film["height"] / 2 - focal * y / distance - crop["y"])
+        right, up = view["shift"]
+        return ((0.5 - right) * film["width"] + focal * x / distance,
+                (0.5 + up) * film["height"] - focal * y / distance)
 
     def test_points_fall_where_the_lens_equation_puts_them(self):
         # The side that fits the sensor has 1 unit; shift moves the frame by such units.
@@ -93,16 +93,15 @@ class Cameras(unittest.TestCase):
                 column, row = self.seen(data, render(*size), 0.4, 0.2, 5)
                 right = 50 * 0.4 / 5 / sensor - shift_x
                 up = 50 * 0.2 / 5 / sensor - shift_y
-                # A film has whole pixels: the shift is in place to a quarter of one.
-                self.assertAlmostEqual(column, size[0] / 2 + right * side, delta=0.2501)
-                self.assertAlmostEqual(row, size[1] / 2 - up * side, delta=0.2501)
+                self.assertAlmostEqual(column, size[0] / 2 + right * side)
+                self.assertAlmostEqual(row, size[1] / 2 - up * side)
 
     def test_a_region_is_a_crop_with_its_top_above(self):
         frame = render(use_border=True, border_min_x=0.25, border_max_x=0.5, border_min_y=0.1,
                        border_max_y=0.4)
         _, film = cameras.camera_and_film(camera(shift_x=0.1), UPRIGHT, frame)
-        self.assertEqual(film, {"width": 240, "height": 100,
-                                "crop": {"x": 90, "y": 60, "width": 50, "height": 30}})
+        self.assertEqual(film, {"width": 200, "height": 100,
+                                "crop": {"x": 50, "y": 60, "width": 50, "height": 30}})
 
     def test_pose_is_in_gltf_axes(self):
         place = [[1, 0, 0, 2], [0, 0, -1, 3], [0, 1, 0, 4], [0, 0, 0, 1]]
@@ -123,6 +122,10 @@ class Cameras(unittest.TestCase):
         view, _ = cameras.camera_and_film(camera(dof=dof, type="ORTHO"), UPRIGHT, render())
         self.assertEqual((view["type"], view["focus_distance"]), ("orthographic", 9))
         self.assertAlmostEqual(view["orthographic_height"], 3)
+        # The upright camera has x to the right and z up; the scale of 6 m spans the frame's width.
+        view, _ = cameras.camera_and_film(
+            camera(type="ORTHO", shift_x=0.5, shift_y=-0.25), UPRIGHT, render())
+        self.assertEqual(view["position"], [3, -1.5, 0])
         view, _ = cameras.camera_and_film(camera(type="PANO"), UPRIGHT, render())
         self.assertEqual(view["type"], "panorama")
 

@@ -40,24 +40,13 @@ def _fit(camera: Any, width: int, height: int) -> tuple[float, float]:
     return (width if horizontal else height), sensor
 
 
-def _film(shift_x: float, shift_y: float, render: Any) -> dict[str, Any]:
-    """The film of which the render region is a crop.
-
-    shift_x to the right and shift_y up, in pixels: how far the frame's centre is from the optical
-    axis. The film is centred on the axis and larger by twice the shift, to the nearest pixel, so
-    the frame is in place to a quarter of a pixel.
-    """
+def _film(render: Any) -> dict[str, Any]:
+    """The frame, of which the render region is a crop."""
     width, height = frame_size(render)
-    more_x, more_y = round(2 * abs(shift_x)), round(2 * abs(shift_y))
     left, top, crop_width, crop_height = region(render)
-    film: dict[str, Any] = {"width": width + more_x, "height": height + more_y}
-    if (crop_width, crop_height) != (film["width"], film["height"]):
-        film["crop"] = {
-            "x": left + (more_x if shift_x > 0 else 0),
-            "y": top + (more_y if shift_y < 0 else 0),
-            "width": crop_width,
-            "height": crop_height,
-        }
+    film: dict[str, Any] = {"width": width, "height": height}
+    if (crop_width, crop_height) != (width, height):
+        film["crop"] = {"x": left, "y": top, "width": crop_width, "height": crop_height}
     return film
 
 
@@ -86,26 +75,30 @@ def camera_and_film(camera: Any, matrix: Any, render: Any) -> tuple[dict[str, An
     camera: bpy.types.Camera. matrix: the object's matrix_world, rows of 4. render: RenderSettings.
     """
     width, height = frame_size(render)
-    position = [row[3] for row in matrix][:3]
-    length = math.sqrt(sum(row[2] ** 2 for row in matrix[:3]))
-    forward = [-row[2] / length for row in matrix[:3]]
-    target = [a + b for a, b in zip(position, forward, strict=True)]
-    pose = {
-        "position": y_up(*position),
-        "target": y_up(*target),
-        "up": y_up(*(row[1] for row in matrix[:3])),
-    }
-    if camera.type == "PANO":
-        return {"type": "panorama", **pose}, _film(0, 0, render)
+    film = _film(render)
     pixels, sensor_mm = _fit(camera, width, height)
-    film = _film(camera.shift_x * pixels, camera.shift_y * pixels, render)
+    position = [row[3] for row in matrix][:3]
+    right, up, back = ([row[k] for row in matrix[:3]] for k in range(3))
+    length = math.sqrt(sum(x * x for x in back))
+    forward = [-x / length for x in back]
+    if camera.type == "ORTHO":  # A shift of 1 is the side that fits the scale.
+        shift = (camera.shift_x * camera.ortho_scale, camera.shift_y * camera.ortho_scale)
+        position = [a + (shift[0] * r + shift[1] * u) / length
+                    for a, r, u in zip(position, right, up, strict=True)]  # fmt: skip
+    target = [a + b for a, b in zip(position, forward, strict=True)]
+    pose = {"position": y_up(*position), "target": y_up(*target), "up": y_up(*up)}
+    if camera.type == "PANO":
+        return {"type": "panorama", **pose}, film
     lens = _lens(camera, position, forward)
     if camera.type == "ORTHO":
-        tall = camera.ortho_scale * film["height"] / pixels
+        tall = camera.ortho_scale * height / pixels
         return {"type": "orthographic", "orthographic_height": tall, **pose, **lens}, film
     focal_pixels = camera.lens / sensor_mm * pixels
-    fov = 2 * math.degrees(math.atan(film["height"] / (2 * focal_pixels)))
-    return {"type": "perspective", "vertical_fov_degrees": fov, **pose, **lens}, film
+    fov = 2 * math.degrees(math.atan(height / (2 * focal_pixels)))
+    moved = [camera.shift_x * pixels / width, camera.shift_y * pixels / height]
+    return {
+        "type": "perspective", "vertical_fov_degrees": fov, "shift": moved, **pose, **lens
+    }, film  # fmt: skip
 
 
 def of_view(window: Any, view: Any, width: int, height: int) -> dict[str, Any]:

@@ -123,6 +123,19 @@ constexpr std::array kRenderBodies = {ContentRow{"multipart/form-data", kRenderF
                                       ContentRow{"model/gltf+json", R"({"type":"object"})"},
                                       ContentRow{"application/zip", ""},
                                       ContentRow{"application/octet-stream", ""},
+constexpr std::string_view kDrakeForm =
+    R"({"type":"object","required":["scene","scene_sha256","image_type","width","height",)"
+    R"("focal_x","focal_y","center_x","center_y"],"properties":{)"
+    R"("scene":{"type":"string","format":"binary","description":"glTF, z up, with its camera."},)"
+    R"("scene_sha256":{"type":"string","description":"Of the scene, 64 hexadecimal digits."},)"
+    R"("image_type":{"type":"string","enum":["color","depth","label"]},)"
+    R"("width":{"type":"integer"},"height":{"type":"integer"},)"
+    R"("focal_x":{"type":"number"},"focal_y":{"type":"number"},)"
+    R"("center_x":{"type":"number"},"center_y":{"type":"number"},)"
+    R"("min_depth":{"type":"number","description":"Metres; of depth images."},)"
+    R"("max_depth":{"type":"number","description":"Metres; of depth images."}}})";
+constexpr std::array kDrakeBodies = {ContentRow{"multipart/form-data", kDrakeForm}};
+constexpr std::array kDrakeImages = {ContentRow{"image/png", ""}, ContentRow{"image/tiff", ""}};
                                       ContentRow{"application/json", "JobRequest"}};
 
 // Responses.
@@ -143,6 +156,7 @@ constexpr std::array kReadyAnswer = {ResponseRow{200, "Ready for work.", kText}}
 constexpr std::array kDocumentAnswer = {ResponseRow{200, "The document.", kAnyJson},
                                         ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPageAnswer = {ResponseRow{200, "The page.", kHtml},
+constexpr std::array kDrakeAnswer = {ResponseRow{200, "The image.", kDrakeImages}};
                                     ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kServerAnswer = {ResponseRow{200, "Server capabilities.", kServer}};
 constexpr std::array kAssetMade = {ResponseRow{201, "Stored.", kAsset},
@@ -366,6 +380,17 @@ constexpr std::array kOperations = {
               "The id is a UUID. The same body again: 200 and no second job; "
               "another body: 409.",
               "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
+    Operation{
+        "renderDrake", "POST", "/v1/drake/render", "Jobs",
+        "Render for Drake's MakeRenderEngineGltfClient.",
+        "Drake's glTF render protocol; with `tessera serve --drake` also at `/render`. color: "
+        "a PNG, rendered as by POST /v1/render, whose query parameters apply and belong to the "
+        "client's render_endpoint; without preset, the light is `tent`. depth: a TIFF of one "
+        "float per pixel, metres along the camera's axis, infinite from max_depth on, 0 up to "
+        "min_depth. label: a PNG of the materials' base colours, white where there is nothing. "
+        "Depths and labels are those of the surface at the pixel's centre. The scene and the "
+        "job are deleted once they are answered.",
+        "write", kNoHeaders, kDrakeBodies, kDrakeAnswer, kRenderProblems, true, &render_parameters},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",

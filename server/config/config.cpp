@@ -218,6 +218,8 @@ void add_flags(CLI::App& app, Config& config) {
       "Write the audit log (changes and refused requests) to FILE instead of the main log.");
   row("webhook-secret", config.webhook_secret, kSecret,
       "Secret that signs webhooks, whsec_ and base64 (created in the data directory).");
+  row.off("drake", config.drake,
+          "Serve Drake's glTF render protocol at /render, too, where its client looks by default.");
   row.off("webhook-private", config.webhook_private,
           "Allow webhooks to loopback and private addresses.");
   row("trusted-proxies", config.trusted_proxies, "CIDR,CIDR",

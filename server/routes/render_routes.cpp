@@ -1,7 +1,5 @@
 // POST /v1/render: upload, job and image in one request; and images by URL, which share its jobs.
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -10,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "api/answers/job_view.h"
 #include "api/json/errors.h"
 #include "api/json/limits.h"
 #include "api/presets.h"
@@ -21,14 +18,14 @@
 #include "server/http/text.h"
 #include "server/jobs/url_jobs.h"
 #include "server/jobs/waiting_clients.h"
-#include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/asset_upload.h"
 #include "server/routes/context.h"
 #include "server/routes/job_answers.h"
 #include "server/routes/picture_answer.h"
 #include "server/routes/picture_by_url.h"
-#include "server/routes/preset_routes.h"
+#include "server/routes/render_drake.h"
+#include "server/routes/render_order.h"
 #include "server/routes/scene_upload.h"
 
 namespace server {
@@ -124,7 +121,7 @@ core::Result<Sent> read_request(const RouteContext& context, Request& request) {
 /// Adds the uploaded scene. Pre: there is one; nothing else of the request is needed afterwards.
 core::Result<SceneService::Added> add_scene(const RouteContext& context, const Request& request,
                                             Sent sent) {
-  const SceneOrigin origin{
+  SceneOrigin origin{
       .access = request.access, .name = sent.scene_name, .stop = request.stop_token()};
   core::Bytes& content = sent.upload.content;
   const auto* begin = reinterpret_cast<const std::byte*>(sent.scene.data());
@@ -149,36 +146,6 @@ core::Result<SceneService::Added> add_scene(const RouteContext& context, const R
                 : context.scenes.add_file(std::move(sent.upload), origin);
 }
 
-Response accepted(const RouteContext& context, const Job& job) {
-  // Retry-After has whole seconds, and an estimate of more than a minute is often wrong.
-  constexpr double kSoonest = 1;
-  constexpr double kLatest = 60;
-  const api::JobView view = context.jobs.view(job);
-  const double eta = view.progress.eta_seconds.value_or(kSoonest);
-  Response response = job_answer(202, job, view);
-  response.headers.set("Retry-After",
-                       std::to_string(std::lround(std::clamp(std::ceil(eta), kSoonest, kLatest))));
-  return response;
-}
-
-/// Waits for the job, and returns its image.
-Response waited_answer(const RouteContext& context, const Request& request, const JobPointer& job,
-                       double wait_seconds, const core::ImageFormat& format,
-                       const api::ImageQuery& look) {
-  wait_for_end(*job, deadline_in(wait_seconds), request.stop_token());
-  const api::JobView view = context.jobs.view(*job);
-  if (!api::is_final(view.state)) {
-    return accepted(context, *job);
-  }
-  if (view.failure) {
-    return problem_answer(request, *view.failure);
-  }
-  if (view.state == api::JobState::kCancelled) {
-    return error_answer(request, ErrorCode::kConflict, "the job was cancelled");
-  }
-  return picture_answer(context, request, job, format, look);
-}
-
 Response render(const RouteContext& context, WaitingClients& clients, Request& request) {
   auto sent = read_request(context, request);
   if (!sent) {
@@ -188,16 +155,10 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const core::ImageFormat* format = choose_format(request, query->format);
-  if (format == nullptr) {
-    return error_answer(request, unknown_format());
+  RenderOrder order{.query = *std::move(query), .job = std::string(sent->job)};
+  if (auto refused = check_order(request, order)) {
+    return *std::move(refused);
   }
-  if (const auto refused = refused_look(*format, query->look)) {
-    return error_answer(request, *refused);
-  }
-  // The job part must be read before the memory of the body is handed over.
-  const std::string job_text(sent->job);
-  api::RenderUploads uploads;
   if (sent->environment) {
     const std::string_view content = *sent->environment;
     const auto stored =
@@ -208,68 +169,23 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
     if (!stored) {
       return error_answer(request, stored.error());
     }
-    uploads.environment_asset = stored->id;
+    order.uploads.environment_asset = stored->id;
   }
-  bool is_turntable = false;
-  if (api::names_stored_preset(*query)) {
-    const auto preset = stored_preset(context.presets, query->preset, request.access.tenant);
-    if (!preset) {
-      return problem_answer(request, preset.problem());
-    }
-    if (!*preset) {
-      return error_answer(
-          request, at("/preset", "no light and no preset has the name \"" + query->preset + "\""));
-    }
-    uploads.preset_job = (*preset)->job;
-    is_turntable = (*preset)->is_turntable;
+  if (auto refused = find_preset(context, request, order)) {
+    return *std::move(refused);
   }
   if (!sent->scene.empty()) {
     const auto added = add_scene(context, request, *std::move(sent));
     if (auto refused = refused_scene(request, added)) {
       return *std::move(refused);
     }
-    uploads.scene = added->id;
+    order.uploads.scene = added->id;
   } else if (!sent->sides.empty()) {
     return error_answer(request, at("/file", "needs the scene's document, the part \"scene\""));
   } else {
     sent->upload = SceneService::Upload({});
   }
-  auto job = api::parse_render_job(job_text, *query, uploads);
-  if (!job) {
-    return problem_answer(request, job.problem());
-  }
-  if (!job->spec.has_image) {
-    return error_answer(request, at("/film", "must not be null: the answer is an image"));
-  }
-  if (const auto facts = context.scenes.facts(job->spec.scene, request.access)) {
-    // A scene that does not exist is refused below.
-    api::frame_model(job->spec, *facts, is_turntable);
-  }
-  if (!query->has_exposure && !format->high_dynamic_range) {
-    query->look.auto_exposure = true;
-  }
-  if (auto refused = refuse_webhook(context, request, job->spec)) {
-    return *std::move(refused);
-  }
-  if (!take_stream_place(context, request)) {
-    return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
-  }
-  const auto submission = submission_by_content(request.access, job->spec);
-  const auto submitted = clients.enter(context.jobs, *std::move(job), submission);
-  if (!submitted) {
-    return problem_answer(request, submitted.problem());
-  }
-  const JobPointer& made = submitted->job;
-  Wait waiting(clients, context.jobs, made);
-  const double wait =
-      honoured_wait(context, query->wait_seconds.value_or(context.config.wait_max_seconds));
-  Response response = waited_answer(context, request, made, wait, *format, query->look);
-  // A stopping server keeps the job for its next start.
-  if (context.ready && request.stop_token().stop_requested()) {
-    waiting.give_up();
-  }
-  response.headers.set("Location", "/v1/jobs/" + made->id());
-  return response;
+  return render_order(context, clients, request, std::move(order)).response;
 }
 
 }  // namespace
@@ -289,3 +205,7 @@ void add_render_handlers(const RouteContext& context, HandlerTable& table) {
 }
 
 }  // namespace server
+  table["renderDrake"] = {
+      .handler = [clients](const RouteContext& routes,
+                           Request& request) { return render_drake(routes, *clients, request); },
+      .body = BodyPolicy::stream(context.config.upload_bytes_max)};

@@ -69,6 +69,10 @@ std::vector<Route> make_routes(const RouteContext& context) {
                       .body = row.body,
                       .summary = std::string(operation.summary),
                       .is_probe = row.is_probe});
+    if (context.config.drake && operation.id == "renderDrake") {
+      routes.push_back(routes.back());
+      routes.back().pattern = "/render";
+    }
     table.erase(found);
   }
   CHECK(table.empty());

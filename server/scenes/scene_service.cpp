@@ -98,9 +98,11 @@ SceneService::SceneService(Assets& assets, SceneTable& table, StorageQuota& quot
       scenes_(options_.cache_bytes),
       later_(options_.motion_cache_bytes),
       environments_(options_.environment_cache_bytes),
+      trees_(options_.tree_cache_bytes),
       uploads_(kUploadsAtATime) {
   memory_.add_reclaimer([this] {
-    return scenes_.drop_unused() || later_.drop_unused() || environments_.drop_unused();
+    return scenes_.drop_unused() || later_.drop_unused() || environments_.drop_unused() ||
+           trees_.drop_unused();
   });
 }
 

@@ -17,6 +17,7 @@
 
 #include "api/requests.h"
 #include "core/aovs/motion.h"
+#include "core/aovs/first_surfaces.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/lights/environment.h"
@@ -24,6 +25,8 @@
 #include "core/scene_io/gltf_load.h"
 #include "server/access.h"
 #include "server/observe/memory_gate.h"
+#include "core/scene_io/split_gltf.h"
+#include "core/settings/settings.h"
 #include "server/observe/turns.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/scenes/zip.h"
@@ -39,6 +42,7 @@ struct SceneServiceOptions {
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;       ///< For acceleration structures.
   std::string isa = {};  ///< Instruction set for Embree; empty: not limited.
+  std::uint64_t tree_cache_bytes = std::uint64_t{512} << 20U;
   ZipLimits zip = {};
 };
 
@@ -115,6 +119,16 @@ class SceneService {
   /// while a job that would lose it needs it.
   core::Status remove(const std::string& id, const Access& access, const Assets::InUse& in_use);
   /// Returns the files of a stored scene. Errors: kNotFound.
+  /// What a camera sees of a scene that is not added.
+  struct Seen {
+    std::vector<core::FirstSurface> surfaces;
+    std::vector<core::Rgb> base_colors;  ///< factors, by material
+  };
+  /// Trees of meshes are cached by content. origin: its tenant waits for a turn as for an upload.
+  /// Errors: as add_file(); of the camera.
+  core::Result<Seen> look(const core::SplitGltf& gltf, const core::CameraSettings& camera,
+                          const core::FilmSettings& film, const SceneOrigin& origin);
+
   core::Result<SceneFiles> files(const std::string& id);
   /// Returns a built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
@@ -225,4 +239,5 @@ class SceneService {
   std::map<std::string, std::string> environment_warnings_ GUARDED_BY(sizes_mutex_);
 };
 
+  SingleFlightCache<core::MeshTree> trees_;
 }  // namespace server

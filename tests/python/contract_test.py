@@ -8,6 +8,7 @@ import re
 import time
 import uuid
 
+import drake_test  # of tests/api
 from harness import PATIENCE_S, ApiTest, EventStream, JobsStream, job_body
 from jsonschema import Draft202012Validator
 
@@ -156,6 +157,11 @@ class Contract(ApiTest):
             "createJob", "POST", "/v1/jobs", job_body(seed=1, **environment), waited
         ).json()
         self.ask("render", "POST", "/v1/render?size=48x32&samples=4", {"scene": "cornell-box"})
+        drake = drake_test.Scene()
+        drake.add([(-3, -1, 0), (3, -1, 0), (0, 3, 0)], 7)
+        form = {"Content-Type": "multipart/form-data; boundary=sep"}
+        body = drake_test.form(drake.text(), "depth")
+        self.ask("renderDrake", "POST", "/v1/drake/render", body, form)
         # Every member that depends on a choice is also in the schema of the spec.
         other = job_body(seed=2, **environment) | {
             "name": "second",

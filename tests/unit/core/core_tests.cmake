@@ -20,6 +20,7 @@ set(CORE_TEST_SOURCES
   flip_test.cpp
   half_picture_test.cpp
   integrators_test.cpp
+  first_surfaces_test.cpp
   labels_test.cpp
   light_shares_test.cpp
   object_boxes_test.cpp

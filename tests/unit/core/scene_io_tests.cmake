@@ -21,5 +21,6 @@ set(SCENE_IO_TEST_SOURCES
   gltf_tangent_test.cpp
   gltf_visibility_test.cpp
   ies_test.cpp
-  settle_test.cpp)
+  settle_test.cpp
+  split_gltf_test.cpp)
 set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

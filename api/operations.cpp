@@ -20,10 +20,15 @@ constexpr std::array<std::string_view, 1> kEventsHeaders = {"Last-Event-ID"};
 
 // Bodies.
 constexpr std::array kBytes = {ContentRow{"application/octet-stream", ""}};
-constexpr std::array kSceneBodies = {
-    ContentRow{"model/gltf-binary", ""}, ContentRow{"model/gltf+json", R"({"type":"object"})"},
-    ContentRow{"application/zip", ""}, ContentRow{"application/octet-stream", ""},
-    ContentRow{"application/json", "SceneFromAssets"}};
+constexpr std::array kSceneBodies = {ContentRow{"model/gltf-binary", ""},
+                                     ContentRow{"model/gltf+json", R"({"type":"object"})"},
+                                     ContentRow{"application/zip", ""},
+                                     ContentRow{"application/octet-stream", ""},
+                                     ContentRow{"model/stl", ""},
+                                     ContentRow{"model/obj", ""},
+                                     ContentRow{"model/ply", ""},
+                                     ContentRow{"model/3mf", ""},
+                                     ContentRow{"application/json", "SceneFromAssets"}};
 constexpr std::array kGlb = {ContentRow{"model/gltf-binary", ""}};
 constexpr std::array kJobRequest = {ContentRow{"application/json", "JobRequest"}};
 constexpr std::array kJobBodies = {ContentRow{"application/json", "JobRequest"},
@@ -118,11 +123,6 @@ constexpr std::string_view kRenderForm =
     R"("file":{"type":"array","items":{"type":"string","format":"binary"},)"
     R"("description":"Files that a glTF or GLB refers to, with their names."},)"
     R"("job":{"$ref":"#/components/schemas/JobRequest"}}})";
-constexpr std::array kRenderBodies = {ContentRow{"multipart/form-data", kRenderForm},
-                                      ContentRow{"model/gltf-binary", ""},
-                                      ContentRow{"model/gltf+json", R"({"type":"object"})"},
-                                      ContentRow{"application/zip", ""},
-                                      ContentRow{"application/octet-stream", ""},
 constexpr std::string_view kDrakeForm =
     R"({"type":"object","required":["scene","scene_sha256","image_type","width","height",)"
     R"("focal_x","focal_y","center_x","center_y"],"properties":{)"
@@ -136,6 +136,11 @@ constexpr std::string_view kDrakeForm =
     R"("max_depth":{"type":"number","description":"Metres; of depth images."}}})";
 constexpr std::array kDrakeBodies = {ContentRow{"multipart/form-data", kDrakeForm}};
 constexpr std::array kDrakeImages = {ContentRow{"image/png", ""}, ContentRow{"image/tiff", ""}};
+constexpr std::array kRenderBodies = {ContentRow{"multipart/form-data", kRenderForm},
+                                      ContentRow{"model/gltf-binary", ""},
+                                      ContentRow{"model/gltf+json", R"({"type":"object"})"},
+                                      ContentRow{"application/zip", ""},
+                                      ContentRow{"application/octet-stream", ""},
                                       ContentRow{"application/json", "JobRequest"}};
 
 // Responses.
@@ -151,12 +156,12 @@ constexpr std::array kPictureAnswer = {ResponseRow{200, "The image.", kPictures}
 constexpr std::array kRendered = {
     ResponseRow{200, "The image. `Location` is its job.", kPictures},
     ResponseRow{202, "The job has not ended in time; its image will be below `Location`.", kJob}};
+constexpr std::array kDrakeAnswer = {ResponseRow{200, "The image.", kDrakeImages}};
 constexpr std::array kTextAnswer = {ResponseRow{200, "Text.", kText}};
 constexpr std::array kReadyAnswer = {ResponseRow{200, "Ready for work.", kText}};
 constexpr std::array kDocumentAnswer = {ResponseRow{200, "The document.", kAnyJson},
                                         ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kPageAnswer = {ResponseRow{200, "The page.", kHtml},
-constexpr std::array kDrakeAnswer = {ResponseRow{200, "The image.", kDrakeImages}};
                                     ResponseRow{304, "Unchanged.", kNothing}};
 constexpr std::array kServerAnswer = {ResponseRow{200, "Server capabilities.", kServer}};
 constexpr std::array kAssetMade = {ResponseRow{201, "Stored.", kAsset},
@@ -336,14 +341,16 @@ constexpr std::array kOperations = {
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
               kRetryProblems, true},
-    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-              "A GLB, a glTF without other files, a zip, or asset ids. GLB and "
-              "zip are recognized by "
-              "their first bytes, whatever type is given. All files that it "
-              "refers to are required; 424 "
-              "lists missing ones.",
-              "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
-              &scene_upload_parameters},
+    Operation{
+        "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+        "A GLB, a glTF without other files, a zip, or asset ids. GLB and "
+        "zip are recognized by "
+        "their first bytes, whatever type is given. Other formats, named by their type "
+        "(`model/stl`) or by `name`, are converted; 415 where the server cannot. All files that it "
+        "refers to are required; 424 "
+        "lists missing ones.",
+        "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
+        &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
               kNoBody, kSceneListAnswer, k400, true, &scene_list_parameters},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
@@ -373,13 +380,6 @@ constexpr std::array kOperations = {
               "unless another request has asked for the same.",
               "write", kNoHeaders, kRenderBodies, kRendered, kRenderProblems, true,
               &render_parameters},
-    Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
-              "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
-              kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
-    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
-              "The id is a UUID. The same body again: 200 and no second job; "
-              "another body: 409.",
-              "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{
         "renderDrake", "POST", "/v1/drake/render", "Jobs",
         "Render for Drake's MakeRenderEngineGltfClient.",
@@ -391,6 +391,13 @@ constexpr std::array kOperations = {
         "Depths and labels are those of the surface at the pixel's centre. The scene and the "
         "job are deleted once they are answered.",
         "write", kNoHeaders, kDrakeBodies, kDrakeAnswer, kRenderProblems, true, &render_parameters},
+    Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
+              "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
+              kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
+    Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
+              "The id is a UUID. The same body again: 200 and no second job; "
+              "another body: 409.",
+              "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
     Operation{"getJob", "GET", "/v1/jobs/{id}", "Jobs", "Get a job, or wait for it to finish.", "",

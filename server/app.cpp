@@ -115,7 +115,10 @@ class App {
         scenes_(assets_, scene_table_, quota_, memory_gate_,
                 {.cache_bytes = memory_.scene_cache_bytes,
                  .threads = render_threads(config),
-                 .isa = config.isa == "native" ? std::string() : isa}),
+                 .isa = config.isa == "native" ? std::string() : isa,
+                 .converters = {.helper = core::find_converter(),
+                                .commands = converter_commands(config)},
+                 .convert_time = std::chrono::seconds(config.convert_seconds)}),
         stream_memory_(memory_gate_.note({}, MemoryGate::Kind::kNeeded)),
         streams_(config.streams_max, config.quota_streams,
                  [this](int open) {

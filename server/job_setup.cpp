@@ -32,6 +32,15 @@ core::Result<std::shared_ptr<queue::NatsLink>> open_queue(const Config& config) 
 
 }  // namespace
 
+std::map<std::string, std::string, std::less<>> converter_commands(const Config& config) {
+  std::map<std::string, std::string, std::less<>> commands;
+  for (const std::string& entry : config.converters) {
+    const std::size_t equals = entry.find('=');
+    commands[entry.substr(0, equals)] = entry.substr(equals + 1);
+  }
+  return commands;
+}
+
 int render_threads(const Config& config) {
   const auto cores = core::usable_threads();
   return config.threads > 0 ? config.threads : std::max(cores, 1);

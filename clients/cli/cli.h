@@ -55,6 +55,8 @@ int health(const Args& args);
 int completion(const Args& args);
 int man(const Args& args);
 
+/// Converts a file to GLB without a server; in the library cli_render.
+int convert(const Args& args);
 /// Denoises one image without a server. In the library cli_render, which links the renderer.
 int denoise(const Args& args);
 int render(const Args& args);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/job/view_of.h"
+#include "clients/cli/converted_model.h"
 #include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
 #include "core/image_io/image_io.h"
@@ -57,6 +58,22 @@ core::Result<core::SceneDescription> load_file(const std::string& path,
         ErrorCode::kUnsupportedFormat,
         "archives can only be submitted to a server (`tessera submit`); unpack it to render here",
         path};
+  }
+  if (const core::Converters converters{.helper = core::find_converter()};
+      converters.takes(core::extension_of_name(path))) {
+    const auto converted = convert_model(path, converters);
+    if (!converted) {
+      return converted.error();
+    }
+    auto scene = core::load_gltf(
+        converted->glb, [](std::string_view) { return core::SharedBytes(); }, options);
+    if (scene) {
+      scene->name = path.substr(path.find_last_of('/') + 1);
+      for (const std::string& note : converted->notes) {
+        scene->warnings.emplace_back("converted", "", note);
+      }
+    }
+    return scene;
   }
   const auto file = read_file(path);
   if (!file) {

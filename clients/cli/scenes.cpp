@@ -28,9 +28,8 @@ core::Result<std::string> upload_file(ApiClient& client, const std::string& path
   if (!*model) {
     return Error{ErrorCode::kNotFound, "there is no such file", path};
   }
-  const std::string extension = extension_of(**model);
-  const bool is_scene = extension == "glb" || extension == "gltf" || extension == "zip";
-  return is_scene ? upload_scene(client, **model, is_strict) : upload_asset(client, **model);
+  return is_model(**model) ? upload_scene(client, **model, is_strict)
+                           : upload_asset(client, **model);
 }
 
 int upload_files(const ServerFlags& server, const std::vector<std::string>& files, bool is_strict) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -17,8 +18,14 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kMedia = {
-    {{"glb", "model/gltf-binary"}, {"gltf", "model/gltf+json"}, {"zip", "application/zip"}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kMedia = {
+    {{"glb", "model/gltf-binary"},
+     {"gltf", "model/gltf+json"},
+     {"zip", "application/zip"},
+     {"stl", "model/stl"},
+     {"obj", "model/obj"},
+     {"ply", "model/ply"},
+     {"3mf", "model/3mf"}}};
 
 core::Result<std::string> upload_bytes(ApiClient& client, const std::string& bytes) {
   std::string id = sha256_hex(bytes);
@@ -89,7 +96,15 @@ core::Result<std::string> upload_with_files(ApiClient& client, const std::string
   }
 }
 
+std::optional<std::string_view> media_of(std::string_view extension) {
+  const auto* const media = std::find_if(kMedia.begin(), kMedia.end(),
+                                         [&](const auto& row) { return row.first == extension; });
+  return media == kMedia.end() ? std::nullopt : std::optional(media->second);
+}
+
 }  // namespace
+
+bool is_model(const std::string& path) { return media_of(extension_of(path)).has_value(); }
 
 void tell_warnings(const Json& described, const Json& known) {
   if (const auto found = described.find("warnings");
@@ -118,12 +133,9 @@ core::Result<std::string> upload_scene(ApiClient& client, const std::string& pat
     return bytes.error();
   }
   const std::string extension = extension_of(path);
-  const auto* const media = std::find_if(kMedia.begin(), kMedia.end(),
-                                         [&](const auto& row) { return row.first == extension; });
-  if (media == kMedia.end()) {
-    return Error{ErrorCode::kUnsupportedFormat, "a scene must be a .glb, .gltf or .zip file", path};
-  }
-  const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media->second));
+  // The server may have a program for any other format.
+  const std::string_view media = media_of(extension).value_or("application/octet-stream");
+  const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media));
   const std::vector<std::string> missing = client.last().missing;
   return missing.empty() || extension == "zip"
              ? scene_id_of(reply)

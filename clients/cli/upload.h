@@ -15,9 +15,12 @@ core::Result<std::string> upload_asset(ApiClient& client, const std::string& pat
 /// printed before; may be null.
 void tell_warnings(const Json& described, const Json& known = {});
 
-/// Returns the scene id for a .glb, .zip or .gltf file, and prints its warnings; uploads the files
-/// beside a document that the server asks for, from its own folder only. is_strict: the server
-/// refuses what it would mend.
+/// Returns whether the file's extension is that of a model rather than of an asset.
+bool is_model(const std::string& path);
+
+/// Returns the scene id for a .glb, .zip or .gltf file, or one that the server converts, and prints
+/// its warnings; uploads the files beside a document that the server asks for, from its own folder
+/// only. is_strict: the server refuses what it would mend.
 core::Result<std::string> upload_scene(ApiClient& client, const std::string& path,
                                        bool is_strict = false);
 

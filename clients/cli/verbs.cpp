@@ -11,6 +11,7 @@ constexpr std::array kVerbs = {
     Verb{"check", "verify a data directory", nullptr},
     Verb{"backup", "copy a data directory while a server uses it", nullptr},
     Verb{"worker", "render parts of a server's jobs on this machine", nullptr},
+    Verb{"convert", "convert a file of another format to GLB", nullptr},
     Verb{"denoise", "helper process of Open Image Denoise", nullptr},
     Verb{"render", "render one image without a server", nullptr},
     Verb{"lab", "run an experiment on estimators without a server", nullptr},

@@ -18,6 +18,7 @@
 
 #include "api/flags/flags.h"
 #include "api/json/limits.h"
+#include "core/scene_io/convert.h"
 #include "server/http/text.h"
 #include "server/origin.h"
 
@@ -42,6 +43,21 @@ CLI::Validator share_or_bytes() {
 std::vector<std::string> split_commas(const std::string& text) {
   const std::vector<std::string_view> parts = split_list(text);
   return {parts.begin(), parts.end()};
+}
+
+/// Returns EXTENSION=PROGRAM with the extension in lower case and without a dot.
+core::Result<std::string> converter_entry(std::string_view text) {
+  const std::size_t equals = std::min(text.find('='), text.size());
+  const std::string extension = core::extension_of_name(
+      "." + std::string(text.substr(text.starts_with('.') ? 1 : 0,
+                                    equals - (text.starts_with('.') ? 1 : 0))));
+  const std::string_view program = text.substr(std::min(equals + 1, text.size()));
+  if (extension.empty() || !program.starts_with('/')) {
+    return core::Error{
+        core::ErrorCode::kInvalidArgument,
+        "\"" + std::string(text) + "\" is not EXTENSION=PROGRAM with the program's whole path", ""};
+  }
+  return extension + "=" + std::string(program);
 }
 
 /// Rewrites each entry of a list in its one spelling, and refuses entries that could never match.
@@ -218,6 +234,14 @@ void add_flags(CLI::App& app, Config& config) {
       "Write the audit log (changes and refused requests) to FILE instead of the main log.");
   row("webhook-secret", config.webhook_secret, kSecret,
       "Secret that signs webhooks, whsec_ and base64 (created in the data directory).");
+  row("converters", config.converters, "EXT=PROGRAM,EXT=PROGRAM",
+      "Programs that convert uploads of other formats, such as step=/usr/local/bin/step2glb: "
+      "called "
+      "with the file and the name of the GLB to write, without a network.")
+      ->transform(each_entry(&converter_entry));
+  row("convert-seconds", config.convert_seconds, "SECONDS",
+      "Longest time for the conversion of an upload.")
+      ->check(flags::within(1, 3600));
   row.off("drake", config.drake,
           "Serve Drake's glTF render protocol at /render, too, where its client looks by default.");
   row.off("webhook-private", config.webhook_private,

@@ -67,6 +67,8 @@ struct Config {
   Share quota_storage = {.percent = 50};  ///< of the disk limit, for each tenant; 0 bytes: no limit
   std::string audit_log;                  ///< file for audit lines; empty: they go to the log
   std::string webhook_secret;             ///< whsec_...; empty: the one in the data directory
+  std::vector<std::string> converters;    ///< EXTENSION=PROGRAM
+  int convert_seconds = 60;               ///< for one file of another format
   bool drake = false;                     ///< /render is /v1/drake/render, too
   bool webhook_private = false;           ///< webhooks may go to private addresses
   std::vector<std::string> trusted_proxies;  ///< networks whose X-Forwarded-* are trusted

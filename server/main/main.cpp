@@ -27,6 +27,9 @@ int dispatch(std::span<char*> args) {
            : verb == "check" ? server::check_command(rest)
                              : server::backup_command(rest);
   }
+  if (verb == "convert") {
+    return cli::convert(cli::Args(args.begin() + 2, args.end()));
+  }
   if (verb == "denoise") {
     return cli::denoise(cli::Args(args.begin() + 2, args.end()));
   }
@@ -40,8 +43,8 @@ int dispatch(std::span<char*> args) {
     return cli::worker(cli::Args(args.begin() + 2, args.end()));
   }
   std::fprintf(stderr,
-               "tessera-server: has only the verbs serve, keys, check, backup, worker, denoise, "
-               "render and lab; `tessera --help` lists all verbs\n");
+               "tessera-server: has only the verbs serve, keys, check, backup, worker, convert, "
+               "denoise, render and lab; `tessera --help` lists all verbs\n");
   return cli::kWrongUsage;
 }
 

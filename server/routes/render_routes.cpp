@@ -39,6 +39,7 @@ struct Sent {
   SceneService::Upload upload;
   std::string_view scene = {};
   std::string scene_name = {};  ///< of its file; empty: unknown
+  std::string scene_type = {};  ///< media type; empty: unknown
   std::optional<std::string_view> environment = {};
   std::vector<SceneService::SideFile> sides = {};
   std::string_view job = {};
@@ -79,6 +80,7 @@ core::Status read_form(std::string_view body, std::string_view content_type, Sen
     } else if (part.name == "scene") {
       taken = take_once(sent.scene, content, part.name);
       sent.scene_name = part.filename.value_or("");
+      sent.scene_type = part.content_type;
     } else if (part.name == "environment") {
       taken = take_once(sent.environment, content, part.name);
     } else if (part.name != "file") {
@@ -114,6 +116,7 @@ core::Result<Sent> read_request(const RouteContext& context, Request& request) {
     sent.job = body;
   } else {
     sent.scene = body;
+    sent.scene_type = type;
   }
   return sent;
 }
@@ -123,6 +126,24 @@ core::Result<SceneService::Added> add_scene(const RouteContext& context, const R
                                             Sent sent) {
   SceneOrigin origin{
       .access = request.access, .name = sent.scene_name, .stop = request.stop_token()};
+  // Files of other formats replace the form by a GLB.
+  if (const std::string format = format_of(sent.scene_type, sent.scene_name);
+      !format.empty() || is_zip_archive(sent.scene)) {
+    const auto* first = reinterpret_cast<const std::byte*>(sent.scene.data());
+    SceneService::Upload scene(core::Bytes(first, first + sent.scene.size()));
+    if (auto room = sent.upload.lease.grow(sent.scene.size()); !room) {
+      return room.error();
+    }
+    std::swap(scene.lease, sent.upload.lease);
+    const auto converted = context.scenes.convert(scene, format, sent.sides, origin);
+    if (!converted) {
+      return converted.error();
+    }
+    if (*converted) {
+      return context.scenes.add_file(std::move(scene), origin);
+    }
+    std::swap(scene.lease, sent.upload.lease);
+  }
   core::Bytes& content = sent.upload.content;
   const auto* begin = reinterpret_cast<const std::byte*>(sent.scene.data());
   if (!sent.sides.empty()) {
@@ -196,6 +217,10 @@ void add_render_handlers(const RouteContext& context, HandlerTable& table) {
       .handler = [clients](const RouteContext& routes,
                            Request& request) { return render(routes, *clients, request); },
       .body = BodyPolicy::stream(context.config.upload_bytes_max)};
+  table["renderDrake"] = {
+      .handler = [clients](const RouteContext& routes,
+                           Request& request) { return render_drake(routes, *clients, request); },
+      .body = BodyPolicy::stream(context.config.upload_bytes_max)};
   const auto started = std::make_shared<UrlJobs>(UrlJobs::Bounds{
       .of_preset = kUrlJobsOfPreset, .of_tenant = url_jobs_of_tenant(context.config)});
   table["getPicture"] = {
@@ -205,7 +230,3 @@ void add_render_handlers(const RouteContext& context, HandlerTable& table) {
 }
 
 }  // namespace server
-  table["renderDrake"] = {
-      .handler = [clients](const RouteContext& routes,
-                           Request& request) { return render_drake(routes, *clients, request); },
-      .body = BodyPolicy::stream(context.config.upload_bytes_max)};

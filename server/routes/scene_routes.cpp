@@ -35,29 +35,34 @@ Response create(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const SceneOrigin origin{.access = request.access,
-                           .name = query->name,
-                           .is_strict = query->strict,
-                           .stop = request.stop_token()};
+  SceneOrigin origin{.access = request.access,
+                     .name = query->name,
+                     .is_strict = query->strict,
+                     .stop = request.stop_token()};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
-  const bool is_scene = type == "model/gltf-binary" || type == "model/gltf+json";
+  const bool is_scene = type.starts_with("model/");
   const bool is_zip = type == "application/zip" || type == "application/x-zip-compressed";
   const bool is_json = type == "application/json";
   if (!is_scene && !is_zip && !is_json && type != "application/octet-stream") {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "\"" + type +
-                            "\" is not one of model/gltf-binary, model/gltf+json, "
-                            "application/zip, application/octet-stream, application/json");
+                            "\" is not one of model/gltf-binary, model/gltf+json, model/stl, "
+                            "model/obj, model/ply, model/3mf, application/zip, "
+                            "application/octet-stream, application/json");
   }
   auto upload = read_body(context, request);
   if (!upload) {
     return error_answer(request, upload.error());
   }
+  const auto converted = context.scenes.convert(*upload, format_of(type, query->name), {}, origin);
+  if (!converted) {
+    return error_answer(request, converted.error());
+  }
   const std::string_view content(reinterpret_cast<const char*>(upload->content.data()),
                                  upload->content.size());
   // The first bytes decide: of several types, generated clients choose the one of JSON for any
   // file.
-  if (is_zip || is_zip_archive(content)) {
+  if (!*converted && (is_zip || is_zip_archive(content))) {
     return added_answer(request, context.scenes.add_zip(*std::move(upload), origin));
   }
   if (!is_json || is_glb(content)) {

@@ -60,6 +60,18 @@ core::Result<SceneService::Upload> read_body(const RouteContext& context, const 
   return SceneService::Upload(std::move(content), *std::move(lease));
 }
 
+std::string format_of(std::string_view type, std::string_view name) {
+  constexpr std::string_view kModel = "model/";
+  if (type.starts_with("model/gltf")) {
+    return "";
+  }
+  if (type.starts_with(kModel)) {
+    return std::string(type.substr(kModel.size()));
+  }
+  const bool is_any = type.empty() || type == "application/octet-stream";
+  return is_any ? core::extension_of_name(name) : "";
+}
+
 std::optional<Response> refused_scene(const Request& request,
                                       const core::Result<SceneService::Added>& added) {
   if (!added) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "core/base/result.h"
@@ -18,6 +19,10 @@ core::Result<SceneService::Upload> read_body(const RouteContext& context, const 
 /// 4.4.2). No JSON begins so.
 inline bool is_zip_archive(std::string_view content) { return content.starts_with("PK"); }
 inline bool is_glb(std::string_view content) { return content.starts_with("glTF"); }
+
+/// Returns the extension of the format that an upload may have besides glTF: of a type model/stl,
+/// or else of its name; empty: none. type: a media type without parameters.
+std::string format_of(std::string_view type, std::string_view name);
 
 /// Returns the answer to a scene that was not added; empty if it was.
 std::optional<Response> refused_scene(const Request& request,

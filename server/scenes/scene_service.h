@@ -4,6 +4,7 @@
 /// Loaded scenes are cached up to a number of bytes, by (id, time, variant).
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -16,17 +17,18 @@
 #include <vector>
 
 #include "api/requests.h"
-#include "core/aovs/motion.h"
 #include "core/aovs/first_surfaces.h"
+#include "core/aovs/motion.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
+#include "core/scene_io/convert.h"
 #include "core/scene_io/gltf_load.h"
-#include "server/access.h"
-#include "server/observe/memory_gate.h"
 #include "core/scene_io/split_gltf.h"
 #include "core/settings/settings.h"
+#include "server/access.h"
+#include "server/observe/memory_gate.h"
 #include "server/observe/turns.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/scenes/zip.h"
@@ -40,18 +42,21 @@ struct SceneServiceOptions {
   std::uint64_t cache_bytes = std::uint64_t{4} << 30U;
   std::uint64_t motion_cache_bytes = std::uint64_t{512} << 20U;
   std::uint64_t environment_cache_bytes = std::uint64_t{512} << 20U;
+  std::uint64_t tree_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;       ///< For acceleration structures.
   std::string isa = {};  ///< Instruction set for Embree; empty: not limited.
-  std::uint64_t tree_cache_bytes = std::uint64_t{512} << 20U;
   ZipLimits zip = {};
+  core::Converters converters = {};
+  std::chrono::seconds convert_time{60};
 };
 
 /// Origin of a scene.
 struct SceneOrigin {
-  Access access = {};         ///< The uploader.
-  std::string name = {};      ///< Empty: the name inside the file.
-  bool is_strict = false;     ///< As in core::GltfOptions.
-  std::stop_token stop = {};  ///< Ends the checks with kCancelled.
+  Access access = {};                   ///< The uploader.
+  std::string name = {};                ///< Empty: the name inside the file.
+  bool is_strict = false;               ///< As in core::GltfOptions.
+  std::stop_token stop = {};            ///< Ends the checks with kCancelled.
+  std::vector<std::string> notes = {};  ///< Of a converter: warnings of the scene.
 };
 
 /// Objects added to a scene for a job, and its exposure time.
@@ -103,9 +108,26 @@ class SceneService {
   /// in an archive, or by the last part of the name, since many programs send no more of it.
   core::Result<Added> add_with_sides(Upload document, const std::vector<SideFile>& sides,
                                      const SceneOrigin& origin = {});
+  /// Replaces a file of another format by a GLB, and adds what the converter says to origin.notes.
+  /// So too a zip that has no glTF, but such a file. extension: in lower case; empty: unknown.
+  /// Returns false, and changes nothing, for files that the functions above read. Errors: of
+  /// convert_to_glb(); kTooLarge, kUnavailable for memory.
+  core::Result<bool> convert(Upload& file, std::string_view extension,
+                             const std::vector<SideFile>& sides, SceneOrigin& origin);
+  const core::Converters& converters() const { return options_.converters; }
   /// Errors: also kInvalidArgument at "/gltf" or "/files/..." for an unknown asset.
   core::Result<Added> add_from_assets(const api::SceneFromAssets& request,
                                       const SceneOrigin& origin = {});
+
+  /// What a camera sees of a scene that is not added.
+  struct Seen {
+    std::vector<core::FirstSurface> surfaces;
+    std::vector<core::Rgb> base_colors;  ///< factors, by material
+  };
+  /// Trees of meshes are cached by content. origin: its tenant waits for a turn as for an upload.
+  /// Errors: as add_file(); of the camera.
+  core::Result<Seen> look(const core::SplitGltf& gltf, const core::CameraSettings& camera,
+                          const core::FilmSettings& film, const SceneOrigin& origin);
 
   /// Returns the JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that
   /// `access` does not see; built-in scenes are visible to all.
@@ -119,16 +141,6 @@ class SceneService {
   /// while a job that would lose it needs it.
   core::Status remove(const std::string& id, const Access& access, const Assets::InUse& in_use);
   /// Returns the files of a stored scene. Errors: kNotFound.
-  /// What a camera sees of a scene that is not added.
-  struct Seen {
-    std::vector<core::FirstSurface> surfaces;
-    std::vector<core::Rgb> base_colors;  ///< factors, by material
-  };
-  /// Trees of meshes are cached by content. origin: its tenant waits for a turn as for an upload.
-  /// Errors: as add_file(); of the camera.
-  core::Result<Seen> look(const core::SplitGltf& gltf, const core::CameraSettings& camera,
-                          const core::FilmSettings& film, const SceneOrigin& origin);
-
   core::Result<SceneFiles> files(const std::string& id);
   /// Returns a built-in scene as a GLB; null for any other name.
   core::SharedBytes builtin_glb(std::string_view name);
@@ -227,6 +239,7 @@ class SceneService {
   SingleFlightCache<core::Scene> scenes_;
   SingleFlightCache<core::MotionTarget> later_;
   SingleFlightCache<core::Environment> environments_;
+  SingleFlightCache<core::MeshTree> trees_;
   Turns uploads_;  ///< For concurrent checks, which hold memory.
   std::shared_mutex names_mutex_;
   core::Mutex builtin_mutex_;
@@ -239,5 +252,4 @@ class SceneService {
   std::map<std::string, std::string> environment_warnings_ GUARDED_BY(sizes_mutex_);
 };
 
-  SingleFlightCache<core::MeshTree> trees_;
 }  // namespace server

@@ -148,6 +148,9 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   }
   core::SceneSummary summary = (*scene)->summary();
   summary.name = origin.name.empty() ? summary.name : origin.name;
+  for (const std::string& note : origin.notes) {
+    summary.warnings.emplace_back("converted", "", note);
+  }
   // The lease holds the file and everything derived from it; the scene itself is counted by its
   // name.
   const std::uint64_t beside =

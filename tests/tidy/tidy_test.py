@@ -55,7 +55,9 @@ NEVER = {
     "api": ["core/accel", "core/scene_io"],
 }
 # Only these files of the client may link the renderer: the others start without its libraries.
-RENDERS_LOCALLY = {"clients/cli/denoise.cpp", "clients/cli/lab.cpp", "clients/cli/render.cpp",
+RENDERS_LOCALLY = {"clients/cli/convert.cpp", "clients/cli/converted_model.cpp",
+                   "clients/cli/converted_model.h", "clients/cli/denoise.cpp",
+                   "clients/cli/lab.cpp", "clients/cli/render.cpp",
                    "clients/cli/file_inputs.cpp", "clients/cli/file_inputs.h",
                    "clients/cli/render_job.cpp", "clients/cli/render_job.h",
                    "clients/worker/worker.cpp", "clients/worker/worker_jobs.cpp",
@@ -72,6 +74,7 @@ CONFINED = {
     "tiny_gltf.h": ["core/scene_io"],
     "draco/": ["core/scene_io", "tests"],
     "meshoptimizer.h": ["core/scene_io", "tests"],
+    "assimp/": ["core/scene_io/assimp"],
     "OpenImageIO/": ["core/image_io"],
     "utf8proc.h": ["core/base"],
     "webp/": ["core/image_io", "tests"],

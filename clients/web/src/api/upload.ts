@@ -1,4 +1,5 @@
 import type { Scene } from 'tessera-render';
+import { zipOf } from '../ui/zip';
 import { api, RequestError, upload } from './client';
 
 /** A file with its path inside the drop, `/` between folders. */
@@ -50,14 +51,18 @@ export const filesOfInput = (input: HTMLInputElement): DroppedFile[] =>
 /** A file in which macOS keeps what belongs to another file. */
 const isFromMacos = (path: string): boolean => /(^|\/)(\._[^/]*$|__MACOSX\/)/.test(path);
 
-/** The model among the dropped files: a .glb or .zip, else the outermost .gltf. */
+/** Formats that the server's converter reads. */
+const convertedPattern = /\.(stl|obj|ply|3mf)$/i;
+
+/** The model among the dropped files: a .glb or .zip, else the outermost .gltf, else another. */
 export const modelIn = (files: DroppedFile[]): DroppedFile | undefined => {
   const own = files.filter((f) => !isFromMacos(f.path));
   return (
     own.find((f) => /\.(glb|zip)$/i.test(f.path)) ??
     own
       .filter((f) => /\.gltf$/i.test(f.path))
-      .sort((a, b) => a.path.length - b.path.length)[0]
+      .sort((a, b) => a.path.length - b.path.length)[0] ??
+    own.find((f) => convertedPattern.test(f.path))
   );
 };
 
@@ -82,21 +87,38 @@ const missingIn = (error: unknown): string[] =>
         .map((e) => e.pointer.slice(filesPointer.length).replace(/~1/g, '/').replace(/~0/g, '~'))
     : [];
 
+/** An OBJ in an archive with the materials and textures that were dropped with it. */
+async function packed(model: DroppedFile, files: DroppedFile[]): Promise<Blob | undefined> {
+  const beside = files.filter((f) => /\.(mtl|png|jpe?g)$/i.test(f.path));
+  if (!/\.obj$/i.test(model.path) || !beside.length) return undefined;
+  const entries = [model, ...beside].map(async ({ path, file }) => ({
+    name: path,
+    bytes: new Uint8Array(await file.arrayBuffer()),
+  }));
+  return zipOf(await Promise.all(entries));
+}
+
 /**
  * Sends a model: one .glb, .zip or .gltf, and the files beside a document that the server asks for.
  */
 export async function uploadScene(files: DroppedFile[], report: UploadReport): Promise<SentScene> {
   const model = modelIn(files);
-  if (!model) throw new UploadError('There is no .glb, .gltf or .zip among these files.');
-  const isArchive = /\.zip$/i.test(model.path);
+  if (!model) {
+    throw new UploadError(
+      'There is no model among these files: .glb, .gltf, .zip, .stl, .obj, .ply or .3mf.',
+    );
+  }
+  const archive = await packed(model, files);
+  const isArchive = archive !== undefined || /\.zip$/i.test(model.path);
+  const other = convertedPattern.exec(model.path)?.[1]?.toLowerCase();
   const type = /\.gltf$/i.test(model.path)
     ? 'model/gltf+json'
     : isArchive
       ? 'application/zip'
-      : 'model/gltf-binary';
+      : `model/${other ?? 'gltf-binary'}`;
   const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
   try {
-    const scene = await upload<Scene>(`v1/scenes${query}`, model.file, type, (share) =>
+    const scene = await upload<Scene>(`v1/scenes${query}`, archive ?? model.file, type, (share) =>
       report(model.file.name, share),
     );
     return { scene, used: [model.file] };

@@ -219,7 +219,7 @@ function DropZone() {
         tabIndex={-1}
         aria-label="Model files"
         data-testid="file"
-        accept=".glb,.gltf,.zip,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr,.ies"
+        accept=".glb,.gltf,.zip,.stl,.obj,.mtl,.ply,.3mf,.bin,.png,.jpg,.jpeg,.webp,.ktx2,.hdr,.exr,.ies"
         onChange={(e) => {
           void take(filesOfInput(e.currentTarget));
           e.currentTarget.value = '';
@@ -229,8 +229,8 @@ function DropZone() {
         <progress max={1} value={busy.share} aria-label={`Sending ${busy.what}`} />
       ) : (
         <p class="hint">
-          Drop a .glb, glTF folder or .zip anywhere on this page. Add an .hdr or .exr to light it;
-          an .ies shows a luminaire in a room.
+          Drop a .glb, glTF folder, .zip, .stl, .obj, .ply or .3mf anywhere on this page. Add an
+          .hdr or .exr to light it; an .ies shows a luminaire in a room.
         </p>
       )}
       {note && (

@@ -1,0 +1,83 @@
+// tessera-convert: files on stdin to a GLB on stdout (convert_protocol.h). Its only argument is the
+// extension of the first file.
+#include <cstddef>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include "core/scene_io/assimp/confine.h"
+#include "core/scene_io/assimp/read_model.h"
+#include "core/scene_io/convert_protocol.h"
+
+namespace {
+
+bool read_all(void* to, std::size_t bytes) {
+  auto* at = static_cast<std::byte*>(to);
+  while (bytes > 0) {
+    const ssize_t got = ::read(STDIN_FILENO, at, bytes);
+    if (got <= 0) {
+      return false;
+    }
+    at += got;
+    bytes -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+std::vector<core::ModelFile> read_files() {
+  std::vector<core::ModelFile> files;
+  core::ConvertedFile head;
+  while (read_all(&head, sizeof(head))) {
+    core::ModelFile& file = files.emplace_back();
+    file.name.resize(head.name_bytes);
+    file.content.resize(head.bytes);
+    if (!read_all(file.name.data(), file.name.size()) ||
+        !read_all(file.content.data(), file.content.size())) {
+      files.pop_back();
+      break;
+    }
+  }
+  return files;
+}
+
+void say(std::string_view begin, const std::string& text) {
+  std::fprintf(stderr, "%.*s%s\n", static_cast<int>(begin.size()), begin.data(), text.c_str());
+}
+
+int convert(const std::string& extension) {
+  const std::vector<core::ModelFile> files = read_files();
+  if (files.empty() || !core::confine()) {
+    say(core::kErrorLine, files.empty() ? "no file" : "the system allows no seccomp filter");
+    return 1;
+  }
+  const core::ReadModel model = core::read_model(extension, files);
+  for (const std::string& note : model.notes) {
+    say(core::kNoteLine, note);
+  }
+  if (!model.fault.empty()) {
+    say(core::kErrorLine, model.fault);
+    return 1;
+  }
+  return std::fwrite(model.glb.data(), 1, model.glb.size(), stdout) == model.glb.size() &&
+                 std::fflush(stdout) == 0
+             ? 0
+             : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return convert(argc > 1 ? argv[1] : "");
+  } catch (const std::bad_alloc&) {
+    return core::kNoMemory;
+  } catch (const std::exception& error) {
+    say(core::kErrorLine, error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,436 @@
+#include "core/scene_io/assimp/read_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <nlohmann/json.hpp>
+#include <zlib.h>
+
+#include "core/scene_io/glb_writer.h"
+#include "core/scene_io/gltf_json.h"
+
+namespace core {
+namespace {
+
+constexpr int kF32 = 5126;
+constexpr int kU32 = 5125;
+constexpr int kDepthMost = 64;  ///< of nodes
+constexpr std::size_t kNodesMost = 1'000'000;
+
+/// What files of a format mean where they do not say so. Axes of STL, OBJ and PLY: as Blender's
+/// importers assume. Millimetres of STL: as slicers read it. Colours are stored as they are shown,
+/// except OBJ's, which are linear as Blender's importer reads them.
+struct Convention {
+  std::string_view extension;
+  std::string_view note;
+  double metres = 1;
+  bool is_z_up = false;
+  bool has_materials = false;
+  bool has_linear_colors = false;
+};
+constexpr std::array kConventions = {
+    Convention{"stl", "STL has neither unit nor axes: read as millimetres, z up.", 0.001, true},
+    Convention{"obj", "OBJ has no unit: read as metres, y up.", 1, false, true, true},
+    Convention{"ply", "PLY has neither unit nor axes: read as metres, z up.", 1, true},
+    Convention{"3mf", "", 0.001, true, true},
+};
+
+std::string_view last_part(std::string_view name) {
+  return name.substr(name.find_last_of("/\\") + 1);
+}
+
+/// Files in memory, by the last part of their names.
+class Files : public Assimp::IOSystem {
+ public:
+  explicit Files(const std::vector<ModelFile>& files) : files_(files) {}
+  bool Exists(const char* name) const override { return find(name) != nullptr; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char* /*mode*/) override {
+    const ModelFile* file = find(name);
+    if (file == nullptr) {
+      missing_.emplace(last_part(name));
+      return nullptr;
+    }
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(file->content.data()),
+                                      file->content.size());
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+  const ModelFile* find(std::string_view name) const {
+    const auto is_it = [&](const ModelFile& file) {
+      return last_part(file.name) == last_part(name);
+    };
+    const auto found = std::find_if(files_.begin(), files_.end(), is_it);
+    return found == files_.end() ? nullptr : &*found;
+  }
+  const std::set<std::string>& missing() const { return missing_; }
+
+ private:
+  const std::vector<ModelFile>& files_;
+  std::set<std::string> missing_;
+};
+
+/// Units of the 3MF Core Specification, 3.4.
+std::optional<double> metres_of(std::string_view unit) {
+  constexpr std::array<std::pair<std::string_view, double>, 6> kUnits = {{{"micron", 1e-6},
+                                                                          {"millimeter", 0.001},
+                                                                          {"centimeter", 0.01},
+                                                                          {"inch", 0.0254},
+                                                                          {"foot", 0.3048},
+                                                                          {"meter", 1}}};
+  const auto* found = std::find_if(kUnits.begin(), kUnits.end(),
+                                   [&](const auto& row) { return row.first == unit; });
+  return found == kUnits.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Returns the first 64 KiB of an entry of a zip archive (APPNOTE.TXT 6.3.3, 4.3.7 and 4.3.12);
+/// empty if it is not there. libassimp reads the archive, but tells no unit.
+std::string start_of_entry(std::string_view zip, std::string_view name) {
+  const auto number = [&zip](std::size_t at, std::size_t bytes) {
+    std::size_t value = 0;
+    for (std::size_t i = bytes; i-- > 0;) {
+      value = value << 8U | (at + i < zip.size() ? static_cast<unsigned char>(zip[at + i]) : 0U);
+    }
+    return value;
+  };
+  for (std::size_t at = zip.find("PK\x01\x02"); at != std::string_view::npos;
+       at = zip.find("PK\x01\x02", at + 4)) {
+    if (zip.substr(std::min(at + 46, zip.size()), number(at + 28, 2)) != name) {
+      continue;
+    }
+    const std::size_t local = number(at + 42, 4);
+    const std::size_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
+    const std::string_view packed = zip.substr(std::min(begin, zip.size()), number(at + 20, 4));
+    std::string text(65536, '\0');
+    if (number(at + 10, 2) == 0) {  // stored
+      return std::string(packed.substr(0, text.size()));
+    }
+    z_stream stream{};
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+    stream.avail_in = static_cast<uInt>(packed.size());
+    stream.next_out = reinterpret_cast<Bytef*>(text.data());
+    stream.avail_out = static_cast<uInt>(text.size());
+    if (inflateInit2(&stream, -MAX_WBITS) == Z_OK) {
+      inflate(&stream, Z_SYNC_FLUSH);
+      text.resize(stream.total_out);
+      inflateEnd(&stream);
+      return text;
+    }
+  }
+  return "";
+}
+
+/// Returns the unit that a 3MF names in its first element; libassimp leaves lengths as they are.
+std::string unit_of_3mf(const Bytes& file) {
+  const std::string text =
+      start_of_entry({reinterpret_cast<const char*>(file.data()), file.size()}, "3D/3dmodel.model");
+  const std::size_t model = text.find("<model");
+  const std::string head =
+      model == std::string::npos ? "" : text.substr(model, text.find('>', model) - model);
+  const std::size_t unit = head.find("unit=");
+  if (unit == std::string::npos || unit + 6 > head.size()) {
+    return "millimeter";  // the specification's default
+  }
+  const std::size_t end = head.find(head[unit + 5], unit + 6);
+  return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
+}
+
+double linear_of(double shown) {  // IEC 61966-2-1
+  return shown <= 0.04045 ? shown / 12.92 : std::pow((shown + 0.055) / 1.055, 2.4);
+}
+
+class Writer {
+ public:
+  Writer(const aiScene& scene, const Convention& convention, double metres, Files& files,
+         std::vector<std::string>& notes)
+      : scene_(scene), convention_(convention), metres_(metres), files_(files), notes_(notes) {}
+
+  /// Returns an error text.
+  std::string write() {
+    for (unsigned i = 0; i < scene_.mNumMaterials; ++i) {
+      writer_.add("materials", material(*scene_.mMaterials[i]).dump());
+    }
+    for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
+      meshes_.push_back(add_mesh(*scene_.mMeshes[i]));
+    }
+    aiMatrix4x4 root;
+    const auto s = static_cast<ai_real>(metres_);
+    root = convention_.is_z_up ? aiMatrix4x4(s, 0, 0, 0, 0, 0, s, 0, 0, -s, 0, 0, 0, 0, 0, 1)
+                               : aiMatrix4x4(s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0, 0, 0, 0, 1);
+    if (!add_nodes(*scene_.mRootNode, root, 0)) {
+      return "its objects are nested deeper than " + std::to_string(kDepthMost) +
+             " levels, or are more than " + std::to_string(kNodesMost);
+    }
+    return nodes_ > 0 ? "" : "it has no triangles";
+  }
+  Bytes finish() { return writer_.finish(); }
+
+ private:
+  double color(double value) const {
+    const double within = std::clamp(value, 0.0, 1.0);
+    return convention_.has_linear_colors ? within : linear_of(within);
+  }
+
+  GltfJson material(const aiMaterial& from) {
+    const auto linear = [this](const auto& c) {
+      return std::array{color(static_cast<double>(c.r)), color(static_cast<double>(c.g)),
+                        color(static_cast<double>(c.b))};
+    };
+    std::array<double, 3> base = {0.8, 0.8, 0.8};
+    aiColor4D diffuse;
+    // libassimp makes materials for files without any.
+    const bool is_given =
+        from.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) == AI_SUCCESS && convention_.has_materials;
+    if (is_given) {
+      base = linear(diffuse);
+    }
+    float opacity = 1;
+    from.Get(AI_MATKEY_OPACITY, opacity);
+    float metallic = 0;
+    from.Get(AI_MATKEY_METALLIC_FACTOR, metallic);
+    float roughness = 0.6F;
+    float shininess = 0;
+    if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness) != AI_SUCCESS && is_given &&
+        from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS) {
+      // As Blender's importer of OBJ.
+      roughness = 1 - std::sqrt(std::clamp(shininess, 0.0F, 1000.0F) / 1000);
+    }
+    GltfJson pbr = {{"metallicFactor", std::clamp(metallic, 0.0F, 1.0F)},
+                    {"roughnessFactor", std::clamp(roughness, 0.0F, 1.0F)}};
+    pbr["baseColorFactor"] = {base[0], base[1], base[2], std::clamp(opacity, 0.0F, 1.0F)};
+    if (const auto index = texture(from, aiTextureType_DIFFUSE)) {
+      pbr["baseColorTexture"]["index"] = *index;
+    }
+    GltfJson out = {{"pbrMetallicRoughness", std::move(pbr)}};
+    out["name"] = std::string(from.GetName().C_Str());
+    out["doubleSided"] = true;  // None of these formats has one side.
+    if (opacity < 1) {
+      out["alphaMode"] = "BLEND";
+    }
+    aiColor3D emission;
+    if (from.Get(AI_MATKEY_COLOR_EMISSIVE, emission) == AI_SUCCESS && !emission.IsBlack()) {
+      out["emissiveFactor"] = linear(emission);
+    }
+    if (const auto index = texture(from, aiTextureType_NORMALS)) {
+      out["normalTexture"]["index"] = *index;
+    }
+    return out;
+  }
+
+  /// Adds a texture with its file's bytes.
+  std::optional<int> texture(const aiMaterial& from, aiTextureType type) {
+    aiString path;
+    if (from.GetTexture(type, 0, &path) != AI_SUCCESS) {
+      return std::nullopt;
+    }
+    const std::string name(last_part(path.C_Str()));
+    if (const auto known = textures_.find(name); known != textures_.end()) {
+      return known->second;
+    }
+    std::optional<int>& index = textures_[name];
+    const ModelFile* file = files_.find(name);
+    if (file == nullptr) {
+      notes_.push_back("The texture " + name + " is missing and left out.");
+      return std::nullopt;
+    }
+    const std::string_view bytes(reinterpret_cast<const char*>(file->content.data()),
+                                 file->content.size());
+    const char* const mime = bytes.starts_with("\x89PNG")        ? "image/png"
+                             : bytes.starts_with("\xFF\xD8\xFF") ? "image/jpeg"
+                                                                 : nullptr;
+    if (mime == nullptr) {
+      notes_.push_back("The texture " + name + " is neither PNG nor JPEG and left out.");
+      return std::nullopt;
+    }
+    const int view = writer_.add_view(file->content);
+    const GltfJson image = {{"bufferView", view}, {"mimeType", mime}, {"name", name}};
+    const GltfJson entry = {{"source", writer_.add("images", image.dump())}};
+    index = writer_.add("textures", entry.dump());
+    return index;
+  }
+
+  template <std::size_t kCount, typename Get>
+  int accessor(std::size_t count, std::string_view type, const Get& get, bool has_bounds = false) {
+    std::vector<float> values;
+    values.reserve(count * kCount);
+    std::array<float, kCount> least;
+    std::array<float, kCount> most;
+    least.fill(std::numeric_limits<float>::infinity());
+    most.fill(-std::numeric_limits<float>::infinity());
+    for (unsigned i = 0; i < count; ++i) {
+      const std::array<float, kCount> value = get(i);
+      for (std::size_t c = 0; c < kCount; ++c) {
+        least[c] = std::min(least[c], value[c]);
+        most[c] = std::max(most[c], value[c]);
+        values.push_back(value[c]);
+      }
+    }
+    const GltfJson bounds =
+        has_bounds ? GltfJson{{"min", least}, {"max", most}} : GltfJson::object();
+    return writer_.add_accessor(std::as_bytes(std::span(values)), kF32, type, count, bounds.dump());
+  }
+
+  /// Returns the mesh's index; -1 if it has no triangles.
+  int add_mesh(const aiMesh& mesh) {
+    std::vector<std::uint32_t> indices;
+    indices.reserve(std::size_t{3} * mesh.mNumFaces);
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const aiFace& face = mesh.mFaces[i];
+      if (face.mNumIndices == 3) {
+        indices.insert(indices.end(), face.mIndices, face.mIndices + 3);
+      }
+    }
+    if (indices.empty()) {
+      return -1;
+    }
+    const std::size_t count = mesh.mNumVertices;
+    const auto vector = [](const aiVector3D& v) { return std::array{v.x, v.y, v.z}; };
+    GltfJson attributes;
+    attributes["POSITION"] = accessor<3>(
+        count, "VEC3", [&](unsigned i) { return vector(mesh.mVertices[i]); }, true);
+    if (mesh.HasNormals()) {
+      attributes["NORMAL"] =
+          accessor<3>(count, "VEC3", [&](unsigned i) { return vector(mesh.mNormals[i]); });
+    }
+    if (mesh.HasTextureCoords(0)) {
+      attributes["TEXCOORD_0"] = accessor<2>(count, "VEC2", [&](unsigned i) {
+        const aiVector3D& uv = mesh.mTextureCoords[0][i];
+        return std::array{uv.x, 1 - uv.y};  // theirs begins at the bottom
+      });
+    }
+    if (mesh.HasVertexColors(0)) {
+      attributes["COLOR_0"] = accessor<4>(count, "VEC4", [&](unsigned i) {
+        const aiColor4D& c = mesh.mColors[0][i];
+        const auto linear = [](float value) {
+          return static_cast<float>(linear_of(std::clamp(static_cast<double>(value), 0.0, 1.0)));
+        };
+        return std::array{linear(c.r), linear(c.g), linear(c.b), c.a};
+      });
+    }
+    const int index_accessor =
+        writer_.add_accessor(std::as_bytes(std::span(indices)), kU32, "SCALAR", indices.size());
+    GltfJson primitive = {{"attributes", std::move(attributes)}, {"indices", index_accessor}};
+    primitive["material"] =
+        mesh.HasVertexColors(0) ? white() : static_cast<int>(mesh.mMaterialIndex);
+    const GltfJson out = {{"name", std::string(mesh.mName.C_Str())},
+                          {"primitives", GltfJson::array({std::move(primitive)})}};
+    return writer_.add("meshes", out.dump(-1, ' ', false, GltfJson::error_handler_t::replace));
+  }
+
+  /// Returns the material of meshes whose vertices have colours.
+  int white() {
+    if (!white_) {
+      white_ = writer_.add("materials",
+                           R"({"name":"vertex colours","doubleSided":true,)"
+                           R"("pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.6}})");
+    }
+    return *white_;
+  }
+
+  bool add_nodes(const aiNode& node, const aiMatrix4x4& parent, int depth) {
+    if (depth > kDepthMost) {
+      return false;
+    }
+    const aiMatrix4x4 m = parent * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const int mesh = meshes_[node.mMeshes[i]];
+      if (mesh < 0) {
+        continue;
+      }
+      if (++nodes_ > kNodesMost) {
+        return false;
+      }
+      const GltfJson out = {{"name", std::string(node.mName.C_Str())},
+                            {"mesh", mesh},
+                            {"matrix",
+                             {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2, m.a3, m.b3, m.c3,
+                              m.d3, m.a4, m.b4, m.c4, m.d4}}};
+      writer_.add("nodes", out.dump(-1, ' ', false, GltfJson::error_handler_t::replace));
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) {
+      if (!add_nodes(*node.mChildren[i], m, depth + 1)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  const aiScene& scene_;
+  const Convention& convention_;
+  const double metres_;
+  Files& files_;
+  std::vector<std::string>& notes_;
+  GlbWriter writer_;
+  std::vector<int> meshes_;
+  std::map<std::string, std::optional<int>> textures_;
+  std::optional<int> white_;
+  std::size_t nodes_ = 0;
+};
+
+}  // namespace
+
+ReadModel read_model(const std::string& extension, const std::vector<ModelFile>& files) {
+  ReadModel out;
+  const auto* convention =
+      std::find_if(kConventions.begin(), kConventions.end(),
+                   [&](const Convention& row) { return row.extension == extension; });
+  if (convention == kConventions.end()) {
+    out.fault = "its format is not known";
+    return out;
+  }
+  auto* const system = new Files(files);
+  Assimp::Importer importer;
+  importer.SetIOHandler(system);  // which the importer deletes
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  // Normals of an STL are those of its triangles, and many files have none.
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              extension == "stl" ? int{aiComponent_NORMALS} : 0);
+  const std::string name = files.front().name;
+  const aiScene* const scene = importer.ReadFile(
+      name, aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |
+                aiProcess_SortByPType | aiProcess_ValidateDataStructure);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    out.fault = importer.GetErrorString();
+    return out;
+  }
+  double metres = convention->metres;
+  if (extension == "3mf") {
+    const std::string unit = unit_of_3mf(files.front().content);
+    const auto known = metres_of(unit);
+    metres = known.value_or(metres);
+    out.notes.push_back("3MF: " + (known ? unit : "unknown unit, millimeter") + ", z up.");
+  } else {
+    out.notes.emplace_back(convention->note);
+  }
+  Writer writer(*scene, *convention, metres, *system, out.notes);
+  out.fault = writer.write();
+  // It also tries names that the file does not have.
+  const std::string_view text(reinterpret_cast<const char*>(files.front().content.data()),
+                              files.front().content.size());
+  for (const std::string& missing : system->missing()) {
+    if (text.find(missing) != std::string_view::npos) {
+      out.notes.push_back(missing + " is missing; its materials are grey.");
+    }
+  }
+  if (out.fault.empty()) {
+    out.glb = writer.finish();
+  }
+  return out;
+}
+
+}  // namespace core

@@ -1,0 +1,362 @@
+"""Files of other formats: `tessera convert`, and uploads that are converted.
+
+The truths are closed forms: a box of 2 x 3 x 5 in each format, in its unit and axes, has a known
+size in metres with y up; colours are known numbers. What needs tessera-convert is skipped where it
+was not built, since libassimp is not a build dependency.
+"""
+
+import io
+import json
+import random
+import stat
+import struct
+import tempfile
+import time
+import unittest
+import zipfile
+import zlib
+from pathlib import Path
+
+from harness import BINARY, TRIANGLE, ApiTest, Server, glb, tessera, triangle_document
+
+HELPER = Path(BINARY).resolve().parent / "tessera-convert"
+SIZE = (2, 3, 5)  # along x, y and z of the file
+CORNERS = [(x, y, z) for z in (0, SIZE[2]) for y in (0, SIZE[1]) for x in (0, SIZE[0])]
+QUADS = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+TRIANGLES = [t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))]
+
+
+def stl_binary():
+    rows = [struct.pack("<12fH", 0, 0, 0, *(c for i in t for c in CORNERS[i]), 0)
+            for t in TRIANGLES]
+    return bytes(80) + struct.pack("<I", len(rows)) + b"".join(rows)
+
+
+def stl_text():
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*CORNERS[i]) for i in t) + "endloop\nendfacet\n"
+        for t in TRIANGLES)
+    return f"solid box\n{facets}endsolid box\n".encode()
+
+
+def obj(library="box.mtl"):
+    lines = [f"mtllib {library}", *("v {} {} {}".format(*c) for c in CORNERS),
+             "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    for name, quads in (("red", QUADS[:3]), ("picture", QUADS[3:])):
+        lines += [f"usemtl {name}"] + [
+            "f " + " ".join(f"{i + 1}/{k + 1}" for k, i in enumerate(q)) for q in quads]
+    return ("\n".join(lines) + "\n").encode()
+
+
+MTL = b"""newmtl red
+Kd 0.8 0.1 0.2
+Ns 250
+d 0.5
+newmtl picture
+Kd 1 1 1
+Ke 0.25 0.5 0
+map_Kd -bm 1 wood.png
+"""
+
+
+def ply(extra="", values=lambda i: ""):
+    return ("ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+            f"property float z\n{extra}element face 12\nproperty list uchar int vertex_indices\n"
+            "end_header\n" + "".join("{} {} {}".format(*c) + values(i) + "\n"
+                                     for i, c in enumerate(CORNERS))
+            + "".join("3 {} {} {}\n".format(*t) for t in TRIANGLES)).encode()
+
+
+def coloured_ply():
+    return ply("".join(f"property uchar {c}\n" for c in ("red", "green", "blue")),
+               lambda _: " 188 55 0")
+
+
+def threemf(unit="inch", colour="#BC3700"):
+    vertices = "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*c) for c in CORNERS)
+    triangles = "".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*t) for t in TRIANGLES)
+    model = (f'<?xml version="1.0" encoding="UTF-8"?><model unit="{unit}" xml:lang="en-US" '
+             'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
+             f'<basematerials id="1"><base name="paint" displaycolor="{colour}"/></basematerials>'
+             f'<object id="2" type="model" pid="1" pindex="0"><mesh><vertices>{vertices}</vertices>'
+             f"<triangles>{triangles}</triangles></mesh></object></resources>"
+             '<build><item objectid="2"/></build></model>')
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("[Content_Types].xml", '<?xml version="1.0"?><Types xmlns="http://schemas.'
+                         'openxmlformats.org/package/2006/content-types"><Default Extension="rels" '
+                         'ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+                         '<Default Extension="model" ContentType="application/vnd.ms-package.'
+                         '3dmanufacturing-3dmodel+xml"/></Types>')
+        archive.writestr("_rels/.rels", '<?xml version="1.0"?><Relationships xmlns="http://schemas.'
+                         'openxmlformats.org/package/2006/relationships"><Relationship Target='
+                         '"/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/'
+                         '3dmanufacturing/2013/01/3dmodel"/></Relationships>')
+        archive.writestr("3D/3dmodel.model", model)
+    return out.getvalue()
+
+
+def z_up(scale):
+    """The box's size with y up, in metres."""
+    return [SIZE[0] * scale, SIZE[2] * scale, SIZE[1] * scale]
+
+
+Y_UP = list(SIZE)
+FILES = {"binary.stl": (stl_binary(), z_up(0.001), "millimetres"),
+         "text.stl": (stl_text(), z_up(0.001), "millimetres"),
+         "box.obj": (obj(), Y_UP, "metres, y up"),
+         "box.ply": (ply(), z_up(1), "metres, z up"),
+         "box.3mf": (threemf(), z_up(0.0254), "inch")}
+
+
+def png_image(width, height, rgb):
+    def chunk(kind, data):
+        return (struct.pack(">I", len(data)) + kind + data
+                + struct.pack(">I", zlib.crc32(kind + data)))
+
+    rows = zlib.compress((b"\0" + bytes(rgb) * width) * height)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows)
+            + chunk(b"IEND", b""))
+
+
+def document_of(data):
+    length = struct.unpack("<I", data[12:16])[0]
+    return json.loads(data[20:20 + length])
+
+
+def floats_of(data, accessor):
+    document, start = document_of(data), 28 + struct.unpack("<I", data[12:16])[0]
+    entry = document["accessors"][accessor]
+    begin = start + document["bufferViews"][entry["bufferView"]].get("byteOffset", 0)
+    width = {"VEC2": 2, "VEC3": 3, "VEC4": 4}[entry["type"]]
+    return struct.unpack_from(f"<{width * entry['count']}f", data, begin)
+
+
+def linear(byte):
+    v = byte / 255
+    return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
+
+
+@unittest.skipUnless(HELPER.exists(), f"{HELPER} was not built: libassimp-dev is not installed")
+class Convert(ApiTest):
+    FLAGS = ("--convert-seconds", "2")  # Broken files can keep libassimp busy.
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="tessera-convert-"))
+
+    def converted(self, name, content, **beside):
+        for other, bytes_ in {name: content, **beside}.items():
+            (self.folder / other).write_bytes(bytes_)
+        out = self.folder / "out.glb"
+        code, _, said = tessera("convert", self.folder / name, "-o", out)
+        self.assertEqual(code, 0, said)
+        return out.read_bytes(), said
+
+    def upload(self, name, content, kind="application/octet-stream", server=None):
+        return (server or self.server).post(f"/v1/scenes?name={name}", content,
+                                            headers={"Content-Type": kind})
+
+    def expect_size(self, scene, size):
+        box = scene["bounds"]
+        for low, high, length in zip(box["min"], box["max"], size):
+            self.assertAlmostEqual(high - low, length, delta=1e-5 * max(size))
+
+    def test_uploads_have_their_size_in_metres_and_say_what_was_assumed(self):
+        for name, (content, size, words) in FILES.items():
+            with self.subTest(name):
+                answer = self.upload(name, content)
+                self.assertIn(answer.status, (200, 201), answer)
+                self.expect_size(answer.json(), size)
+                self.assertEqual(answer.json()["triangles"], 12)
+                self.assertTrue(any(words in w for w in answer.json()["warnings"]), answer)
+                self.assertLessEqual(len(answer.json()["warnings"]), 2, answer)
+
+    def test_a_media_type_names_the_format_where_the_name_does_not(self):
+        for kind, name in (("model/stl", "binary.stl"), ("model/obj", "box.obj"),
+                           ("model/ply", "box.ply"), ("model/3mf", "box.3mf")):
+            answer = self.upload("box", FILES[name][0], kind)
+            self.assertIn(answer.status, (200, 201), answer)
+            self.expect_size(answer.json(), FILES[name][1])
+
+    def test_a_3mf_is_known_as_a_zip(self):
+        answer = self.upload("box", threemf("centimeter"), "application/zip")
+        self.assertIn(answer.status, (200, 201), answer)
+        self.expect_size(answer.json(), z_up(0.01))
+
+    def test_materials_of_an_obj(self):
+        wood = png_image(2, 2, (10, 20, 30))
+        data, _ = self.converted("box.obj", obj(), **{"box.mtl": MTL, "wood.png": wood})
+        document = document_of(data)
+        red, picture = (next(m for m in document["materials"] if m["name"] == name)
+                        for name in ("red", "picture"))
+        base = red["pbrMetallicRoughness"]
+        for seen, given in zip(base["baseColorFactor"], (0.8, 0.1, 0.2, 0.5)):
+            self.assertAlmostEqual(seen, given, places=6)
+        self.assertAlmostEqual(base["roughnessFactor"], 1 - 0.25**0.5, places=6)
+        self.assertEqual((base["metallicFactor"], red["alphaMode"]), (0, "BLEND"))
+        self.assertEqual(picture["emissiveFactor"], [0.25, 0.5, 0])
+        texture = picture["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+        view = document["bufferViews"][document["images"][document["textures"][texture]["source"]]
+                                       ["bufferView"]]
+        begin = 28 + struct.unpack("<I", data[12:16])[0] + view.get("byteOffset", 0)
+        self.assertEqual(data[begin:begin + view["byteLength"]], wood)
+
+    def test_texture_coordinates_count_from_the_top(self):
+        data, _ = self.converted("box.obj", obj(), **{"box.mtl": MTL})
+        document = document_of(data)
+        names = [m["name"] for m in document["materials"]]
+        mesh = next(m for m in document["meshes"]
+                    if names[m["primitives"][0]["material"]] == "picture")
+        attributes = mesh["primitives"][0]["attributes"]
+        points, uv = (floats_of(data, attributes[a]) for a in ("POSITION", "TEXCOORD_0"))
+        first = QUADS[3][0]  # with (0, 0), the lower left of OBJ
+        for i in range(len(points) // 3):
+            if points[3 * i:3 * i + 3] == tuple(map(float, CORNERS[first])):
+                if uv[2 * i] == 0:
+                    self.assertIn(uv[2 * i + 1], (0, 1))
+        self.assertIn((0.0, 1.0), set(zip(uv[::2], uv[1::2])))
+
+    def test_missing_files_are_named(self):
+        _, said = self.converted("box.obj", obj())
+        self.assertIn("box.mtl is missing", said)
+        _, said = self.converted("box.obj", obj(), **{"box.mtl": MTL})
+        self.assertIn("wood.png is missing", said)
+
+    def test_a_zip_has_an_obj_with_its_materials(self):
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w") as archive:
+            for name, content in (("box/box.obj", obj()), ("box/box.mtl", MTL),
+                                  ("box/wood.png", png_image(2, 2, (9, 9, 9)))):
+                archive.writestr(name, content)
+        answer = self.upload("box.zip", out.getvalue(), "application/zip")
+        self.assertEqual(answer.status, 201, answer)
+        self.expect_size(answer.json(), Y_UP)
+        self.assertIn("red", answer.json()["materials"])
+        self.assertFalse(any("missing" in w for w in answer.json()["warnings"]), answer)
+
+    def test_colours_of_vertices_and_of_3mf_are_made_linear(self):
+        expected = [linear(v) for v in (188, 55, 0)]
+        data, _ = self.converted("box.ply", coloured_ply())
+        primitive = document_of(data)["meshes"][0]["primitives"][0]
+        colours = floats_of(data, primitive["attributes"]["COLOR_0"])
+        for i in range(0, len(colours), 4):
+            for seen, given in zip(colours[i:i + 4], [*expected, 1]):
+                self.assertAlmostEqual(seen, given, places=5)
+        data, _ = self.converted("box.3mf", threemf())
+        document = document_of(data)
+        material = document["materials"][document["meshes"][0]["primitives"][0]["material"]]
+        for seen, given in zip(material["pbrMetallicRoughness"]["baseColorFactor"], expected):
+            self.assertAlmostEqual(seen, given, places=5)
+
+    def test_one_request_renders_an_stl(self):
+        body = (b'--sep\r\nContent-Disposition: form-data; name="scene"; filename="box.stl"\r\n'
+                b"Content-Type: application/octet-stream\r\n\r\n" + stl_binary() + b"\r\n--sep--")
+        headers = {"Content-Type": "multipart/form-data; boundary=sep"}
+        answer = self.server.post("/v1/render?samples=1&size=16x16&format=png", body,
+                                  headers=headers)
+        self.assertEqual(answer.status, 200, answer)
+        answer = self.server.post("/v1/render?samples=1&size=16x16&format=png", stl_binary(),
+                                  headers={"Content-Type": "model/stl"})
+        self.assertEqual(answer.status, 200, answer)
+
+    def test_the_command_line_renders_and_submits(self):
+        file = self.folder / "box.stl"
+        file.write_bytes(stl_binary())
+        out = self.folder / "out.png"
+        code, _, said = tessera("render", file, "-o", out, "--size", "16x16", "--spp", "1")
+        self.assertEqual(code, 0, said)
+        self.assertIn("millimetres", said)
+        code, _, said = tessera("upload", file, "--server", f"http://127.0.0.1:{self.server.port}")
+        self.assertEqual(code, 0, said)
+        self.assertIn("millimetres", said)
+
+    def test_broken_files_are_refused_and_the_server_lives(self):
+        """Cut and changed files, as a short fuzz: any answer but a failure of the server."""
+        began = time.monotonic()
+        source = random.Random(46)
+        for name, (content, _, _) in {**FILES, "colours.ply": (coloured_ply(), 0, 0)}.items():
+            for _ in range(10):
+                if time.monotonic() - began > 30:
+                    return
+                broken = bytearray(content[:source.randrange(len(content))]
+                                   if source.random() < 0.4 else content)
+                for _ in range(source.randrange(6)):
+                    if broken:
+                        broken[source.randrange(len(broken))] = source.randrange(256)
+                answer = self.upload(name, bytes(broken))
+                self.assertIn(answer.status, (200, 201, 413, 422), (name, answer))
+
+    def test_a_count_beyond_the_file_is_refused(self):
+        claimed = bytes(80) + struct.pack("<I", 0xFFFFFFF0) + bytes(50)
+        self.assertIn(self.upload("box.stl", claimed).status, (413, 422))
+        many = ply().replace(b"element vertex 8", b"element vertex 4000000000")
+        self.assertIn(self.upload("box.ply", many).status, (413, 422))
+
+
+class Programs(ApiTest):
+    """Formats of the operator's own programs, and none."""
+
+    def program(self, text):
+        path = Path(tempfile.mkdtemp(prefix="tessera-convert-")) / "program"
+        path.write_text("#!/usr/bin/env python3\nimport sys\n" + text)
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        return path
+
+    def answer(self, text, content=b"solid body"):
+        server = Server("--converters", f"STEP={self.program(text)}")
+        self.addCleanup(server.close)
+        server.start()
+        return server.post("/v1/scenes?name=part.step", content,
+                           headers={"Content-Type": "application/octet-stream"})
+
+    def test_a_program_makes_the_scene(self):
+        made = glb(triangle_document(), TRIANGLE)
+        answer = self.answer("assert open(sys.argv[1], 'rb').read() == b'solid body'\n"
+                             "print('note: in feet', file=sys.stderr)\n"
+                             f"open(sys.argv[2], 'wb').write({made!r})\n")
+        self.assertEqual(answer.status, 201, answer)
+        self.assertEqual(answer.json()["triangles"], 1)
+        self.assertIn("in feet", answer.json()["warnings"])
+
+    def test_a_program_has_no_network(self):
+        answer = self.answer(
+            "import socket\n"
+            "try:\n  socket.socket()\n"
+            "except OSError as e:\n  print('error: no socket', e.errno, file=sys.stderr)\n"
+            "sys.exit(1)\n")
+        self.assertEqual(answer.status, 422, answer)
+        self.assertIn("no socket 13", answer.json()["detail"])
+
+    def test_a_program_has_a_limit_of_memory(self):
+        answer = self.answer(
+            "try:\n  bytearray(2 << 30)\n"
+            "except MemoryError:\n  print('error: no memory', file=sys.stderr)\n"
+            "sys.exit(1)\n")
+        self.assertIn("no memory", answer.json()["detail"])
+
+    def test_what_a_program_says_is_the_answer(self):
+        answer = self.answer("print('error: not a solid', file=sys.stderr)\nsys.exit(2)\n")
+        self.assertEqual(answer.status, 422, answer)
+        self.assertIn("not a solid", answer.json()["detail"])
+        self.assertEqual(self.answer("pass").status, 422)
+
+    def test_other_formats_are_refused_with_the_remedy(self):
+        answer = self.server.post("/v1/scenes?name=part.step", b"ISO-10303-21;",
+                                  headers={"Content-Type": "application/octet-stream"})
+        self.assertEqual(answer.status, 415, answer)
+        self.assertIn("--converters step=PROGRAM", answer.json()["detail"])
+
+    def test_without_the_converter_the_answer_names_the_remedy(self):
+        server = Server(environ={"TESSERA_CONVERTER": "/nowhere"})
+        self.addCleanup(server.close)
+        server.start()
+        answer = server.post("/v1/scenes?name=box.stl", stl_binary(),
+                             headers={"Content-Type": "application/octet-stream"})
+        self.assertEqual(answer.status, 415, answer)
+        self.assertIn("server/run --with-converters", answer.json()["detail"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -2,10 +2,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "core/scene/scene.h"
 #include "core/scene_io/gltf_load.h"
+#include "core/scene_io/split_gltf.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   core::GltfOptions options;
@@ -19,6 +21,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (description) {
     const auto scene = core::Scene::build(*std::move(description), 1);
     static_cast<void>(scene);
+  }
+  if (const auto split = core::split_gltf({reinterpret_cast<const char*>(data), size},
+                                          /*turns_z_up=*/true, options.limits)) {
+    static_cast<void>(core::join_buffers(*split));
   }
   return 0;
 }

@@ -1,5 +1,6 @@
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
+import path from 'node:path';
 import { test } from 'node:test';
 import {
   accessibilityFaults,
@@ -253,6 +254,27 @@ test(
       await submit(page, { samples: 8 });
       await page.waitForSelector('.job-title h1:text-is("triangle")');
       await until('tiles', () => pictureNow(page));
+    }),
+);
+
+const converter = path.join(path.dirname(process.env.TESSERA_BINARY ?? ''), 'tessera-convert');
+
+test(
+  'an OBJ dropped with its materials is converted',
+  { skip: !fs.existsSync(converter) && 'tessera-convert was not built' },
+  () =>
+    withPage(desktop, async (page) => {
+      const obj = 'mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl glossy\nf 1 2 3\n';
+      await drop(page, [
+        { name: 'a.obj', bytes: Buffer.from(obj) },
+        { name: 'a.mtl', bytes: Buffer.from('newmtl glossy\nKd 1 0 0\n') },
+      ]);
+      await page.waitForURL(/#\/compose\/[0-9a-f]{64}/);
+      assert.equal(await page.getByTestId('left-out').count(), 0);
+      const answer = await ask(`${server.url}/v1/scenes/${await sceneOf(page)}`);
+      const scene = await answer.json();
+      assert.deepEqual(scene.materials, ['glossy']);
+      assert.match(scene.warnings.join(), /metres, y up/);
     }),
 );
 

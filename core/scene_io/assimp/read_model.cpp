@@ -161,9 +161,6 @@ class Writer {
 
   /// Returns an error text.
   std::string write() {
-    for (unsigned i = 0; i < scene_.mNumMaterials; ++i) {
-      writer_.add("materials", material(*scene_.mMaterials[i]).dump());
-    }
     for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
       meshes_.push_back(add_mesh(*scene_.mMeshes[i]));
     }
@@ -324,11 +321,21 @@ class Writer {
     const int index_accessor =
         writer_.add_accessor(std::as_bytes(std::span(indices)), kU32, "SCALAR", indices.size());
     GltfJson primitive = {{"attributes", std::move(attributes)}, {"indices", index_accessor}};
-    primitive["material"] =
-        mesh.HasVertexColors(0) ? white() : static_cast<int>(mesh.mMaterialIndex);
+    primitive["material"] = mesh.HasVertexColors(0) ? white() : material_index(mesh.mMaterialIndex);
     const GltfJson out = {{"name", std::string(mesh.mName.C_Str())},
                           {"primitives", GltfJson::array({std::move(primitive)})}};
     return writer_.add("meshes", out.dump(-1, ' ', false, GltfJson::error_handler_t::replace));
+  }
+
+  /// Returns the index of a material, which is added on first use: libassimp adds one of its own.
+  int material_index(unsigned number) {
+    const auto [known, is_new] = materials_.try_emplace(number, 0);
+    if (is_new) {
+      const GltfJson made = material(*scene_.mMaterials[number]);
+      known->second =
+          writer_.add("materials", made.dump(-1, ' ', false, GltfJson::error_handler_t::replace));
+    }
+    return known->second;
   }
 
   /// Returns the material of meshes whose vertices have colours.
@@ -377,6 +384,7 @@ class Writer {
   GlbWriter writer_;
   std::vector<int> meshes_;
   std::map<std::string, std::optional<int>> textures_;
+  std::map<unsigned, int> materials_;
   std::optional<int> white_;
   std::size_t nodes_ = 0;
 };

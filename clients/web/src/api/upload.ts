@@ -87,16 +87,19 @@ const missingIn = (error: unknown): string[] =>
         .map((e) => e.pointer.slice(filesPointer.length).replace(/~1/g, '/').replace(/~0/g, '~'))
     : [];
 
-/** An OBJ in an archive with the materials and textures that were dropped with it. */
-async function packed(model: DroppedFile, files: DroppedFile[]): Promise<Blob | undefined> {
-  const beside = files.filter((f) => /\.(mtl|png|jpe?g)$/i.test(f.path));
-  if (!/\.obj$/i.test(model.path) || !beside.length) return undefined;
-  const entries = [model, ...beside].map(async ({ path, file }) => ({
-    name: path,
-    bytes: new Uint8Array(await file.arrayBuffer()),
-  }));
-  return zipOf(await Promise.all(entries));
-}
+/** The materials and textures that were dropped with an OBJ. */
+const besideObj = (model: DroppedFile, files: DroppedFile[]): DroppedFile[] =>
+  /\.obj$/i.test(model.path) ? files.filter((f) => /\.(mtl|png|jpe?g)$/i.test(f.path)) : [];
+
+const packed = async (files: DroppedFile[]): Promise<Blob> =>
+  zipOf(
+    await Promise.all(
+      files.map(async ({ path, file }) => ({
+        name: path,
+        bytes: new Uint8Array(await file.arrayBuffer()),
+      })),
+    ),
+  );
 
 /**
  * Sends a model: one .glb, .zip or .gltf, and the files beside a document that the server asks for.
@@ -108,8 +111,9 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
       'There is no model among these files: .glb, .gltf, .zip, .stl, .obj, .ply or .3mf.',
     );
   }
-  const archive = await packed(model, files);
-  const isArchive = archive !== undefined || /\.zip$/i.test(model.path);
+  const beside = besideObj(model, files);
+  const body = beside.length ? await packed([model, ...beside]) : model.file;
+  const isArchive = beside.length > 0 || /\.zip$/i.test(model.path);
   const other = convertedPattern.exec(model.path)?.[1]?.toLowerCase();
   const type = /\.gltf$/i.test(model.path)
     ? 'model/gltf+json'
@@ -118,10 +122,10 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
       : `model/${other ?? 'gltf-binary'}`;
   const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
   try {
-    const scene = await upload<Scene>(`v1/scenes${query}`, archive ?? model.file, type, (share) =>
+    const scene = await upload<Scene>(`v1/scenes${query}`, body, type, (share) =>
       report(model.file.name, share),
     );
-    return { scene, used: [model.file] };
+    return { scene, used: [model, ...beside].map((f) => f.file) };
   } catch (error) {
     const missing = missingIn(error);
     if (isArchive || !missing.length) throw error;

@@ -337,7 +337,7 @@ std::string find_converter() {
 
 std::uint64_t conversion_bytes(std::string_view extension, std::uint64_t file_bytes) {
   constexpr std::uint64_t kLeast = std::uint64_t{512} << 20U;  // the program and its libraries
-  return kLeast + file_bytes * (extension == "3mf" ? 400 : 24);
+  return kLeast + file_bytes * (extension == "3mf" ? 128 : 32);
 }
 
 std::string extension_of_name(std::string_view name) {

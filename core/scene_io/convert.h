@@ -43,8 +43,8 @@ struct ConvertLimits {
   std::uint64_t memory_bytes = std::uint64_t{4} << 30U;
   std::chrono::seconds time{60};
 };
-/// Returns the memory in which a file of this size is converted: tessera-convert took 6 to 14 times
-/// a binary STL, 40 times the text of a 3MF, which is packed to a tenth.
+/// Returns the memory in which a file of this size is converted. tessera-convert took 13 times a
+/// binary STL, 17 times an OBJ, 21 times a binary PLY and 65 times a 3MF (of a million triangles).
 std::uint64_t conversion_bytes(std::string_view extension, std::uint64_t file_bytes);
 
 struct Converted {

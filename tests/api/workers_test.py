@@ -30,7 +30,7 @@ from farm import (
 from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
 from moving import moving_triangles
 
-# Long enough to be interrupted, even on a fast machine: whole seconds of one thread.
+# Long enough to be interrupted: .6 s of one fast thread.
 LONG = 64
 
 

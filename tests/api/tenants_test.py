@@ -95,6 +95,7 @@ class EveryRoute(Tenants):
         "putPreset",  # of one's own name
         "createSigningKey",
         "getPicture",  # the signature is the key: tests/api/presets_test.py
+        "renderDrake",  # the scene is in the request
     }
     # Routes of the scopes `admin` and `worker`: 403 for both.
     OF_ADMINS = {"listKeys", "createKey", "deleteKey", "getDrain", "startDrain", "endDrain",

@@ -109,37 +109,16 @@ LightSample LightSampler::sample(Vec3 point, Vec3 normal_world, float u_pick,
   if (light_count_ == 0) {
     return {};
   }
-  std::size_t light = 0;
-  float prob = 0;
-  switch (pick_) {
-    case LightPick::kUniform:
-      light = std::min(static_cast<std::size_t>(u_pick * static_cast<float>(light_count_)),
-                       light_count_ - 1);
-      prob = 1 / static_cast<float>(light_count_);
-      break;
-    case LightPick::kPower: {
-      const auto pick = power_.sample(u_pick);
-      light = pick.cell;
-      prob = power_.prob_cell(light);
-      break;
-    }
-    case LightPick::kTree: {
-      const float by_tree = prob_tree(point, normal_world);
-      if (u_pick < by_tree) {
-        const auto pick = scene_.light_tree.pick(point, normal_world,
-                                                 std::min(u_pick / by_tree, kOneMinusEpsilon));
-        if (!(pick.prob_light > 0)) {
-          return {};
-        }
-        light = pick.light;
-        prob = by_tree * pick.prob_light;
-      } else {
-        prob = (1 - by_tree) / static_cast<float>(far_count_);
-        light = triangles_ + local_punctual_ +
-                std::min(static_cast<std::size_t>((u_pick - by_tree) / prob), far_count_ - 1);
-      }
-      break;
-    }
+  const auto pick =
+      choose(Mask<1>::of(1), Vec3s<1>(point), Vec3s<1>(normal_world), Floats<1>(u_pick));
+  return sample_of(static_cast<std::size_t>(pick.light.v[0]), pick.prob_light.v[0], point,
+                   normal_world, u);
+}
+
+LightSample LightSampler::sample_of(std::size_t light, float prob, Vec3 point, Vec3 normal_world,
+                                    Vec2 u) const noexcept {
+  if (!(prob > 0)) {
+    return {};
   }
   if (light < triangles_) {
     return from_triangle(static_cast<std::uint32_t>(light), point, prob, u);
@@ -177,7 +156,7 @@ float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexce
   if (pick_ == LightPick::kPower) {
     return power_.prob_cell(light_count_ - 1);
   }
-  return (1 - prob_tree(point, normal_world)) / static_cast<float>(far_count_);
+  return prob_each_far(Floats<1>(prob_tree(point, normal_world))).v[0];
 }
 
 float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
@@ -211,7 +190,7 @@ float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_worl
   const float by_tree = prob_tree(point, normal_world);
   return light < triangles_ + local_punctual_
              ? by_tree * scene_.light_tree.prob_light(point, normal_world, light)
-             : (1 - by_tree) / static_cast<float>(far_count_);
+             : prob_each_far(Floats<1>(by_tree)).v[0];
 }
 
 }  // namespace core

@@ -74,20 +74,32 @@ class LightSampler {
   bool empty() const noexcept { return light_count_ == 0; }
   /// normal_world: geometric normal on the side that light may come from; zero: both sides.
   LightSample sample(Vec3 point, Vec3 normal_world, float u_pick, Vec2 u) const noexcept;
+  /// The two halves of sample(): picks a light, for the points in `asked`; prob_light 0: none,
+  template <std::size_t N>
+  struct Choice {
+    Ints<N> light;  ///< as in LightSample
+    Floats<N> prob_light;
+  };
+  template <std::size_t N>
+  Choice<N> choose(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world,
+                   Floats<N> u_pick) const noexcept;
+  /// and a point on this light.
+  LightSample sample_of(std::size_t light, float prob_light, Vec3 point, Vec3 normal_world,
+                        Vec2 u) const noexcept;
   /// Samples delta lights only, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
+  /// Returns the environment if the light tree picks among the other lights; else null. Its
+  /// directions are sampled by sky_density().
+  const Environment* environment_beside_tree() const noexcept {
+    return pick_ == LightPick::kTree ? environment_ : nullptr;
+  }
+  /// Returns the probability with which sample() picks this environment, for several points.
+  template <std::size_t N>
+  Floats<N> prob_sky(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
+    return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
+  }
   /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept { return pick_ == LightPick::kTree && far_count_ == 0; }
-  /// Returns the environment if sample() chooses between it and the light tree only; else null. Its
-  /// directions are then sampled by sky_density().
-  const Environment* sky_beside_tree() const noexcept {
-    return pick_ == LightPick::kTree && far_count_ == 1 ? environment_ : nullptr;
-  }
-  /// Returns the probability with which sample() uses the tree, for several points.
-  template <std::size_t N>
-  Floats<N> prob_tree(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
-    return prob_tree(scene_.light_tree.importance(point, normal_world));
-  }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
   /// Returns whether there are local lights: all but the environment and directional lights.
   bool has_local() const noexcept { return light_count_ > far_count_; }
@@ -121,6 +133,10 @@ class LightSampler {
                SkyDensity sky);
   template <std::size_t N>
   Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
+  template <std::size_t N>
+  Floats<N> prob_each_far(Floats<N> prob_tree) const noexcept {
+    return (Floats<N>(1) - prob_tree) / Floats<N>(static_cast<float>(far_count_));
+  }
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
   SkyDensity sky_density() const noexcept { return sky_; }
 
@@ -158,7 +174,10 @@ class MisLightSampler : private LightSampler {
   MisLightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
                   SkyDensity sky)
       : LightSampler(scene, environment, pick, sky) {}
+  using LightSampler::Choice;
+  using LightSampler::choose;
   using LightSampler::empty;
+  using LightSampler::environment_beside_tree;
   using LightSampler::has_delta;
   using LightSampler::has_local;
   using LightSampler::has_tree_alone;
@@ -169,10 +188,10 @@ class MisLightSampler : private LightSampler {
   using LightSampler::pdf_triangle;
   using LightSampler::point_of;
   using LightSampler::prob_light;
-  using LightSampler::prob_tree;
+  using LightSampler::prob_sky;
   using LightSampler::sample;
   using LightSampler::sample_delta;
-  using LightSampler::sky_beside_tree;
+  using LightSampler::sample_of;
   using LightSampler::sky_density;
   using LightSampler::target;
   using LightSampler::view;
@@ -192,6 +211,39 @@ Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
   const Floats<N> high =
       one - max(least * min((one - share) * per_faint, one), Floats<N>(0x1p-20F));
   return select(irradiance_local > Floats<N>(0), min(max(share, low), high), Floats<N>(0));
+}
+
+template <std::size_t N>
+LightSampler::Choice<N> LightSampler::choose(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world,
+                                             Floats<N> u_pick) const noexcept {
+  Choice<N> out{Ints<N>(0), Floats<N>(0)};
+  if (pick_ == LightPick::kTree && far_count_ == 0) {
+    const auto pick = scene_.light_tree.pick(asked, point, normal_world, u_pick);
+    out = {pick.light, pick.prob_light};
+  } else if (pick_ == LightPick::kTree) {
+    const Floats<N> by_tree = prob_tree(scene_.light_tree.importance(point, normal_world));
+    out.prob_light = prob_each_far(by_tree);
+    out.light = within(truncated((u_pick - by_tree) / out.prob_light),
+                       Ints<N>(static_cast<std::int32_t>(far_count_))) +
+                Ints<N>(static_cast<std::int32_t>(light_count_ - far_count_));
+    if (const Mask<N> is_local = asked & (u_pick < by_tree); is_local.any()) {
+      const auto pick = scene_.light_tree.pick(is_local, point, normal_world,
+                                               min(u_pick / by_tree, Floats<N>(kOneMinusEpsilon)));
+      out.light = select(is_local, pick.light, out.light);
+      out.prob_light = select(is_local, by_tree * pick.prob_light, out.prob_light);
+    }
+  } else if (pick_ == LightPick::kUniform) {
+    const Floats<N> count(static_cast<float>(light_count_));
+    out = {within(truncated(u_pick * count), Ints<N>(static_cast<std::int32_t>(light_count_))),
+           Floats<N>(1) / count};
+  } else {
+    for (std::size_t k = 0; k < N; ++k) {
+      const std::size_t cell = power_.sample(u_pick.v[k]).cell;
+      out.light.v[k] = static_cast<std::int32_t>(cell);
+      out.prob_light.v[k] = power_.prob_cell(cell);
+    }
+  }
+  return out;
 }
 
 }  // namespace core

@@ -272,10 +272,9 @@ void LightTree::set_child(Group& group, std::size_t lane, const Node& node) {
   group.cos_theta_o[lane] = b.cos_theta_o;
   group.sin_theta_o[lane] = safe_sqrt(1 - b.cos_theta_o * b.cos_theta_o);
   group.cos_theta_e[lane] = b.cos_theta_e;
-  group.sign[lane] = b.two_sided ? 0x7fffffffU : 0xffffffffU;
+  group.sign[lane] = b.two_sided ? 0x7fffffff : ~0;
   if (node.leaf) {
-    group.leaf |= 1U << lane;
-    group.child[lane] = node.right;
+    group.child[lane] = ~static_cast<std::int32_t>(node.right);
   }
 }
 
@@ -293,7 +292,7 @@ void LightTree::collapse(const std::vector<Node>& nodes) {
     Group& group = groups_.emplace_back();
     group.parent = from.place;
     if (index > 0) {
-      groups_[from.place / kWidth].child[from.place % kWidth] = index;
+      groups_[from.place / kWidth].child[from.place % kWidth] = static_cast<std::int32_t>(index);
     }
     std::array<std::uint32_t, kWidth> members{};
     std::size_t count = 1;
@@ -331,18 +330,9 @@ void LightTree::collapse(const std::vector<Node>& nodes) {
 
 /// Returns the importance of all children; 0 for those that send no light.
 Floats<4> LightTree::importance(const Group& g, Vec3 point, Vec3 normal) noexcept {
-  const auto lanes = [](const Four& four) { return load<4>(four.data()); };
-  const LightNodes<4> nodes = {{lanes(g.center_x), lanes(g.center_y), lanes(g.center_z)},
-                               {lanes(g.half_x), lanes(g.half_y), lanes(g.half_z)},
-                               lanes(g.radius2),
-                               {lanes(g.axis_x), lanes(g.axis_y), lanes(g.axis_z)},
-                               lanes(g.axis_reach),
-                               lanes(g.power),
-                               lanes(g.cos_theta_o),
-                               lanes(g.sin_theta_o),
-                               lanes(g.cos_theta_e),
-                               reinterpret_cast<typename Ints<4>::Raw>(load<4>(g.sign.data()).v)};
-  return light_importance(nodes, Vec3s<4>(point), Vec3s<4>(normal));
+  const auto of_group = [&g](auto Group::*member) { return load<4>((g.*member).data()); };
+  const LightNodes<4> all = nodes<4>(of_group, of_group(&Group::sign));
+  return light_importance(all, Vec3s<4>(point), Vec3s<4>(normal));
 }
 
 float LightTree::importance(Vec3 point, Vec3 normal_world) const noexcept {
@@ -352,43 +342,6 @@ float LightTree::importance(Vec3 point, Vec3 normal_world) const noexcept {
   alignas(16) Four weights;
   store(weights.data(), importance(groups_[0], point, normal_world));
   return (weights[0] + weights[1]) + (weights[2] + weights[3]);
-}
-
-LightTree::Pick LightTree::pick(Vec3 point, Vec3 normal_world, float u) const noexcept {
-  if (groups_.empty()) {
-    return {};
-  }
-  const Group* group = groups_.data();
-  if (is_alone(*group)) {
-    return {group->child[0], 1, u};
-  }
-  float prob = 1;
-  while (true) {
-    alignas(16) Four weights;
-    store(weights.data(), importance(*group, point, normal_world));
-    const float sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
-    if (!(sum > 0)) {
-      return {};
-    }
-    float rest = u * sum;
-    std::size_t taken = kWidth;
-    for (std::size_t k = 0; k < kWidth; ++k) {
-      if (weights[k] > 0) {
-        taken = k;
-        if (rest < weights[k]) {
-          break;
-        }
-        rest -= weights[k];
-      }
-    }
-    // Rounding may leave slightly more than the last weight.
-    u = std::clamp(rest / weights[taken], 0.0F, kOneMinusEpsilon);
-    prob *= weights[taken] / sum;
-    if ((group->leaf >> taken & 1U) != 0) {
-      return {group->child[taken], prob, u};
-    }
-    group = &groups_[group->child[taken]];
-  }
 }
 
 float LightTree::prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept {

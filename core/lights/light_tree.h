@@ -6,7 +6,9 @@
 /// Estevez and Kulla, Importance Sampling of Many Lights with Adaptive Tree Splitting, 2018.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,6 +17,7 @@
 #include "core/lights/light.h"
 #include "core/lights/light_importance.h"
 #include "core/math/bounds.h"
+#include "core/math/numbers.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -38,13 +41,20 @@ class LightTree {
   /// Lights without power are left out and never picked.
   explicit LightTree(std::span<const LightBounds> lights);
 
-  struct Pick {
-    std::uint32_t light = 0;
-    float prob_light = 0;  ///< 0: no light can contribute at this point
-    float u_left = 0;      ///< remainder of u, again uniform in [0,1)
+  template <std::size_t N>
+  struct Picks {
+    Ints<N> light;
+    Floats<N> prob_light;  ///< 0: no light can contribute at this point
   };
-  /// normal_world: of the surface at `point`; {0,0,0} if light may come from anywhere.
-  Pick pick(Vec3 point, Vec3 normal_world, float u) const noexcept;
+  /// For the lanes in `asked`; the results of the others are unspecified, but lights. normal_world:
+  /// of the surface at `point`; {0,0,0} if light may come from anywhere.
+  template <std::size_t N>
+  Picks<N> pick(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world, Floats<N> u) const noexcept;
+  /// Returns whether pick_few() can be used.
+  bool is_few() const noexcept { return groups_.size() == 1; }
+  /// As pick(), inlined, in trees with at most as many lights as a group has.
+  template <std::size_t N>
+  Picks<N> pick_few(Vec3s<N> point, Vec3s<N> normal_world, Floats<N> u) const noexcept;
   float prob_light(Vec3 point, Vec3 normal_world, std::uint32_t light) const noexcept;
   /// Returns the tree's estimate of the unshadowed irradiance from all of its lights at `point`
   /// [W/m^2, luminance]; 0 if no light can arrive.
@@ -52,18 +62,6 @@ class LightTree {
   /// As above, for several points.
   template <std::size_t N>
   Floats<N> importance(Vec3s<N> point, Vec3s<N> normal_world) const noexcept;
-
-  /// Returns whether pick_few() can be used.
-  bool is_few() const noexcept { return groups_.size() == 1; }
-  template <std::size_t N>
-  struct Picks {
-    Ints<N> light;
-    Floats<N> prob_light;
-  };
-  /// As pick(), for several points, in trees with at most as many lights as a group has.
-  template <std::size_t N>
-  Picks<N> pick_few(Vec3s<N> point, Vec3s<N> normal_world, Floats<N> u) const noexcept;
-  std::size_t size() const noexcept { return leaf_of_.size(); }
   std::size_t bytes() const noexcept;
 
  private:
@@ -94,11 +92,10 @@ class LightTree {
     Four cos_theta_o{};
     Four sin_theta_o{};
     Four cos_theta_e{};
-    std::array<std::uint32_t, kWidth> sign{};  ///< bits of the cosine to the axis to keep: the sign
+    std::array<std::int32_t, kWidth> sign{};   ///< bits of the cosine to the axis to keep: the sign
                                                ///< bit is cleared for two-sided lights
-    std::array<std::uint32_t, kWidth> child{};  ///< a light if `leaf` has its bit set, else a group
+    std::array<std::int32_t, kWidth> child{};  ///< a group, or the complement of a light
     std::uint32_t parent = 0;  ///< position of this group in its parent: group * kWidth + child
-    std::uint32_t leaf = 0;
   };
   /// A light during the build.
   struct Item {
@@ -118,14 +115,35 @@ class LightTree {
   static void set_child(Group& group, std::size_t lane, const Node& node);
   /// Returns whether the group holds a single light, as its first child.
   static bool is_alone(const Group& group) noexcept {
-    return group.leaf == 1 && group.power[1] == 0;
+    return group.child[0] < 0 && group.power[1] == 0;
   }
   static Floats<4> importance(const Group& group, Vec3 point, Vec3 normal) noexcept;
   template <std::size_t N>
   static std::array<Floats<N>, kWidth> importances(const Group& group, Vec3s<N> point,
                                                    Vec3s<N> normal_world) noexcept;
+  /// As above, of one group for each point in `asked`.
+  template <std::size_t N>
+  static std::array<Floats<N>, kWidth> importances(const Group* const (&groups)[N], unsigned asked,
+                                                   Vec3s<N> point, Vec3s<N> normal_world) noexcept;
   template <std::size_t N>
   static LightNodes<N> node(const Group& g, std::size_t k) noexcept;
+  /// The nodes of a group, or of two, four lanes each; lanes(member): of theirs.
+  template <std::size_t N, typename Lanes>
+  static LightNodes<N> nodes(const Lanes& lanes, Ints<N> sign) noexcept;
+  template <std::size_t N>
+  struct Step {
+    Ints<N> child;
+    Floats<N> prob;
+    Floats<N> rest;    ///< of u times the sum of the weights
+    Floats<N> weight;  ///< of the child
+  };
+  /// Picks among children in proportion to their weights.
+  template <std::size_t N>
+  static Step<N> choose(const std::array<Floats<N>, kWidth>& weights,
+                        const Ints<N> (&children)[kWidth], Floats<N> u) noexcept;
+  template <std::size_t N>
+  [[gnu::noinline]] Picks<N> descend(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world,
+                                     Floats<N> u) const noexcept;
 
   std::vector<Group> groups_;
   std::vector<std::uint32_t> leaf_of_;  ///< by light: group * kWidth + child, or kNoPlace
@@ -142,7 +160,7 @@ LightNodes<N> LightTree::node(const Group& g, std::size_t k) noexcept {
           g.cos_theta_o[k],
           g.sin_theta_o[k],
           g.cos_theta_e[k],
-          static_cast<std::int32_t>(g.sign[k])};
+          Ints<N>(g.sign[k])};
 }
 
 template <std::size_t N>
@@ -165,27 +183,115 @@ Floats<N> LightTree::importance(Vec3s<N> point, Vec3s<N> normal_world) const noe
   return (weights[0] + weights[1]) + (weights[2] + weights[3]);
 }
 
+template <std::size_t N, typename Lanes>
+LightNodes<N> LightTree::nodes(const Lanes& lanes, Ints<N> sign) noexcept {
+  return {{lanes(&Group::center_x), lanes(&Group::center_y), lanes(&Group::center_z)},
+          {lanes(&Group::half_x), lanes(&Group::half_y), lanes(&Group::half_z)},
+          lanes(&Group::radius2),
+          {lanes(&Group::axis_x), lanes(&Group::axis_y), lanes(&Group::axis_z)},
+          lanes(&Group::axis_reach),
+          lanes(&Group::power),
+          lanes(&Group::cos_theta_o),
+          lanes(&Group::sin_theta_o),
+          lanes(&Group::cos_theta_e),
+          sign};
+}
+
 template <std::size_t N>
-LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
-                                        Floats<N> u) const noexcept {
-  const Group& group = groups_[0];
-  if (is_alone(group)) {
-    return {Ints<N>(static_cast<std::int32_t>(group.child[0])), Floats<N>(1)};
+auto LightTree::importances(const Group* const (&groups)[N], unsigned asked, Vec3s<N> point,
+                            Vec3s<N> normal_world) noexcept -> std::array<Floats<N>, kWidth> {
+  alignas(32) float weights[kWidth * (N + 1)];
+  const float* rows[N];
+  std::fill_n(rows, N, weights);
+  float* to = weights;
+  if constexpr (N == 1) {
+    store(weights, importance(*groups[0], point.lane(0), normal_world.lane(0)));
+  } else {
+    for (; asked != 0; to += 2 * kWidth) {  // two groups at a time
+      const auto i = static_cast<std::size_t>(std::countr_zero(asked));
+      asked &= asked - 1;
+      const auto k = asked != 0 ? static_cast<std::size_t>(std::countr_zero(asked)) : i;
+      asked &= asked - 1;
+      const auto both = [i, k](Vec3s<N> v) {
+        return Vec3s<N>(halves<N>(v.x.v[i], v.x.v[k]), halves<N>(v.y.v[i], v.y.v[k]),
+                        halves<N>(v.z.v[i], v.z.v[k]));
+      };
+      const auto of_both = [a = groups[i], b = groups[k]](auto Group::*member) {
+        return load_halves<N>((a->*member).data(), (b->*member).data());
+      };
+      store(to, light_importance(nodes<N>(of_both, of_both(&Group::sign)), both(point),
+                                 both(normal_world)));
+      rows[i] = to;
+      rows[k] = k == i ? to : to + kWidth;
+    }
   }
-  const auto weights = importances(group, point, normal_world);
+  Floats<N> columns[kWidth];
+  transpose(rows, columns);
+  return {columns[0], columns[1], columns[2], columns[3]};
+}
+
+template <std::size_t N>
+auto LightTree::choose(const std::array<Floats<N>, kWidth>& weights,
+                       const Ints<N> (&children)[kWidth], Floats<N> u) noexcept -> Step<N> {
+  const Floats<N> zero(0);
   const Floats<N> sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
   Floats<N> rest = u * sum;
   Mask<N> found = Mask<N>::of(0);
-  Picks<N> out = {Ints<N>(0), Floats<N>(0)};
+  Floats<N> weight = zero;
+  Ints<N> child(~0);
   for (std::size_t k = 0; k < kWidth; ++k) {
-    const Mask<N> open = ~found & (weights[k] > Floats<N>(0));
-    out.light = select(open, Ints<N>(static_cast<std::int32_t>(group.child[k])), out.light);
-    out.prob_light = select(open, weights[k], out.prob_light);
+    const Mask<N> open = ~found & (weights[k] > zero);
+    child = select(open, children[k], child);
+    weight = select(open, weights[k], weight);
     found = found | (open & (rest < weights[k]));
-    rest = select(open, rest - weights[k], rest);
+    rest = select(open & ~found, rest - weights[k], rest);
   }
-  out.prob_light = select(sum > Floats<N>(0), out.prob_light / sum, Floats<N>(0));
-  return out;
+  return {child, select(sum > zero, weight / sum, zero), rest, weight};
+}
+
+template <std::size_t N>
+LightTree::Picks<N> LightTree::pick(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world,
+                                    Floats<N> u) const noexcept {
+  if (groups_.empty()) {
+    return {Ints<N>(0), Floats<N>(0)};
+  }
+  return is_few() ? pick_few(point, normal_world, u) : descend(asked, point, normal_world, u);
+}
+
+template <std::size_t N>
+LightTree::Picks<N> LightTree::pick_few(Vec3s<N> point, Vec3s<N> normal_world,
+                                        Floats<N> u) const noexcept {
+  const Group& root = groups_[0];
+  if (is_alone(root)) {
+    return {Ints<N>(~root.child[0]), Floats<N>(1)};
+  }
+  const Ints<N> children[kWidth] = {root.child[0], root.child[1], root.child[2], root.child[3]};
+  const Step<N> step = choose(importances(root, point, normal_world), children, u);
+  return {Ints<N>(~step.child.v), step.prob};
+}
+
+template <std::size_t N>
+LightTree::Picks<N> LightTree::descend(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal_world,
+                                       Floats<N> u) const noexcept {
+  Ints<N> at = select(asked, Ints<N>(0), Ints<N>(~0));
+  Floats<N> prob(1);
+  for (Mask<N> inner = asked; inner.any(); inner = ~(at < Ints<N>(0))) {
+    const Group* groups[N];
+    const std::int32_t* rows[N];
+    for (std::size_t k = 0; k < N; ++k) {
+      groups[k] = &groups_[static_cast<std::size_t>(std::max(at.v[k], 0))];
+      rows[k] = groups[k]->child.data();
+    }
+    Ints<N> children[kWidth];
+    transpose(rows, children);
+    const Step<N> step =
+        choose(importances(groups, inner.bits(), point, normal_world), children, u);
+    at = select(inner, step.child, at);
+    prob = select(inner, prob * step.prob, prob);
+    // Rounding may leave slightly more than the last weight.
+    u = min(max(step.rest / step.weight, Floats<N>(0)), Floats<N>(kOneMinusEpsilon));
+  }
+  return {Ints<N>(~at.v), prob};
 }
 
 /// Returns the smallest bounds of both. Exposed for tests.

@@ -323,4 +323,41 @@ void transpose(const float* const (&rows)[N], Floats<N> (&columns)[4]) {
   }
 }
 
+template <std::size_t N>
+void transpose(const std::int32_t* const (&rows)[N], Ints<N> (&columns)[4]) {
+  if constexpr (N == 8) {
+    const float* as_floats[N];
+    Floats<N> out[4];
+    for (std::size_t k = 0; k < N; ++k) {
+      as_floats[k] = reinterpret_cast<const float*>(rows[k]);
+    }
+    transpose(as_floats, out);
+    for (std::size_t k = 0; k < 4; ++k) {
+      columns[k] = bits_of(out[k]);
+    }
+  } else {
+    for (std::size_t k = 0; k < 4; ++k) {
+      columns[k] = Ints<N>(rows[0][k]);
+    }
+  }
+}
+
+/// Four lanes of a, then four of b; pointers are aligned to 16 bytes.
+template <std::size_t N>
+Floats<N> load_halves(const float* a, const float* b) {
+  static_assert(N == 8);
+  return typename Floats<N>::Raw(
+      _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(a)), _mm_load_ps(b), 1));
+}
+template <std::size_t N>
+Ints<N> load_halves(const std::int32_t* a, const std::int32_t* b) {
+  return bits_of(
+      load_halves<N>(reinterpret_cast<const float*>(a), reinterpret_cast<const float*>(b)));
+}
+template <std::size_t N>
+Floats<N> halves(float a, float b) {
+  static_assert(N == 8);
+  return typename Floats<N>::Raw(_mm256_set_m128(_mm_set1_ps(b), _mm_set1_ps(a)));
+}
+
 }  // namespace core

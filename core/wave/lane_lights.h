@@ -1,13 +1,14 @@
 /// LightSampler::sample() in lanes.
 ///
-/// Evaluated in SIMD: triangles of uniform emission in small light trees without distant lights,
-/// and with any tree a sky without a sun. Everything else is sampled lane by lane.
+/// Evaluated in SIMD: the choice of a light, triangles, and a sky without a sun. Points on all
+/// others are sampled lane by lane.
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
 
+#include "core/light_samplers/emitted_light.h"
 #include "core/light_samplers/light_sampler.h"
 #include "core/light_samplers/triangle_sample.h"
 #include "core/math/lane_math.h"
@@ -31,13 +32,17 @@ struct LightLanes {
 class LaneLights {
  public:
   LaneLights(const SceneData& scene, const MisLightSampler& lights)
-      : scene_(scene), lights_(lights), sky_(lights.sky_beside_tree(), lights.sky_density()) {
-    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
-               std::none_of(scene.triangle_lights.begin(), scene.triangle_lights.end(),
-                            [](const TriangleLight& t) { return t.varies; }) &&
-               scene.light_tree.size() == scene.triangle_lights.size();
-    const Environment* sky = lights.sky_beside_tree();
+      : scene_(scene),
+        lights_(lights),
+        triangles_(static_cast<std::int32_t>(scene.triangle_lights.size())),
+        sky_light_(triangles_ + static_cast<std::int32_t>(scene.punctual_lights.size())),
+        sky_(lights.environment_beside_tree(), lights.sky_density()) {
+    const Environment* sky = lights.environment_beside_tree();
     has_sky_ = sky != nullptr && !sky->has_sun();
+    has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
+               scene.punctual_lights.empty() &&
+               std::none_of(scene.triangle_lights.begin(), scene.triangle_lights.end(),
+                            [](const TriangleLight& t) { return t.varies; });
   }
 
   /// Samples for the lanes in `asked`; the results of the others are unspecified.
@@ -45,26 +50,11 @@ class LaneLights {
   [[gnu::always_inline]] LightLanes<N> sample(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal,
                                               Floats<N> u_pick, Vec2s<N> u) const {
     if (has_few_) {
-      return from_few(point, normal, u_pick, u);
+      const auto pick = scene_.light_tree.pick_few(point, normal, u_pick);
+      Vec3s<N> place;
+      return from_triangles(pick.light, pick.prob_light, point, u, place);
     }
-    LightLanes<N> out{};
-    unsigned alone = asked.bits();
-    if (has_sky_) {
-      const Floats<N> by_tree = lights_.prob_tree(point, normal);
-      alone &= (u_pick < by_tree).bits();
-      const SkyLanes<N> seen = sky_.sample(normal, u);
-      out.wi_world = seen.wi_world;
-      out.radiance = seen.radiance;
-      out.pdf_solid_angle = (Floats<N>(1) - by_tree) * seen.pdf_solid_angle;
-      out.is_far = Mask<N>::of((1U << N) - 1);
-      out.light = Ints<N>(
-          static_cast<std::int32_t>(scene_.triangle_lights.size() + scene_.punctual_lights.size()));
-    }
-    for (; alone != 0; alone &= alone - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(alone));
-      set(out, k, lights_.sample(point.lane(k), normal.lane(k), u_pick.v[k], {u.x.v[k], u.y.v[k]}));
-    }
-    return out;
+    return from_any(asked, point, normal, u_pick, u);
   }
 
   /// LightSampler::pdf_environment() for the lanes in `asked`; at: map coordinates of the
@@ -73,8 +63,7 @@ class LaneLights {
   Floats<N> pdf_environment(Mask<N> asked, Vec3s<N> d, const MapPoints<N>& at, Vec3s<N> point,
                             Vec3s<N> normal) const {
     if (has_sky_) {
-      return (Floats<N>(1) - lights_.prob_tree(point, normal)) *
-             sky_.pdf_solid_angle(normal, d, at);
+      return lights_.prob_sky(point, normal) * sky_.pdf_solid_angle(normal, d, at);
     }
     Floats<N> out(0);
     for (unsigned rest = asked.bits(); rest != 0; rest &= rest - 1) {
@@ -97,22 +86,69 @@ class LaneLights {
     out.light.v[k] = static_cast<std::int32_t>(s.light);
   }
 
-  /// LightSampler::from_triangle() for the triangles that the tree selects.
   template <std::size_t N>
-  [[gnu::always_inline]] LightLanes<N> from_few(Vec3s<N> point, Vec3s<N> normal, Floats<N> u_pick,
-                                                Vec2s<N> u) const {
-    const auto pick = scene_.light_tree.pick_few(point, normal, u_pick);
-    const TriangleRows<N> t = rows(pick.light);
+  [[gnu::noinline]] LightLanes<N> from_any(Mask<N> asked, Vec3s<N> point, Vec3s<N> normal,
+                                           Floats<N> u_pick, Vec2s<N> u) const {
+    const auto [light, prob] = lights_.choose(asked, point, normal, u_pick);
+    asked = asked & (prob > Floats<N>(0));
+    LightLanes<N> out{};
+    unsigned rest = asked.bits();
+    const Mask<N> of_triangle = asked & (light < Ints<N>(triangles_));
+    if (of_triangle.any()) {
+      rest &= ~of_triangle.bits();
+      Vec3s<N> place;
+      out = from_triangles(select(of_triangle, light, Ints<N>(0)), prob, point, u, place);
+      out.pdf_solid_angle = select(of_triangle, out.pdf_solid_angle, Floats<N>(0));
+      set_varying((out.pdf_solid_angle > Floats<N>(0)).bits(), place, out);
+    }
+    const Mask<N> of_sky = asked & (light == Ints<N>(sky_light_));
+    if (has_sky_ && of_sky.any()) {
+      rest &= ~of_sky.bits();
+      const SkyLanes<N> seen = sky_.sample(normal, u);
+      out.wi_world = select(of_sky, seen.wi_world, out.wi_world);
+      out.radiance = select(of_sky, seen.radiance, out.radiance);
+      out.pdf_solid_angle = select(of_sky, prob * seen.pdf_solid_angle, out.pdf_solid_angle);
+      out.is_far = of_sky;
+      out.light = select(of_sky, light, out.light);
+    }
+    for (; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      set(out, k,
+          lights_.sample_of(static_cast<std::size_t>(light.v[k]), prob.v[k], point.lane(k),
+                            normal.lane(k), {u.x.v[k], u.y.v[k]}));
+    }
+    return out;
+  }
+
+  /// LightSampler::from_triangle(), with the mean radiance. All lanes have a triangle.
+  template <std::size_t N>
+  [[gnu::always_inline]] LightLanes<N> from_triangles(Ints<N> light, Floats<N> prob, Vec3s<N> point,
+                                                      Vec2s<N> u, Vec3s<N>& place) const {
+    const TriangleRows<N> t = rows(light);
     const TrianglePoint<Floats<N>> at = sample_triangle(t, point, u);
     LightLanes<N> out;
     out.wi_world = at.wi_world;
     out.target = at.target;
-    out.pdf_solid_angle = pick.prob_light * at.pdf_solid_angle;
+    out.pdf_solid_angle = prob * at.pdf_solid_angle;
     out.radiance = t.radiance;
     out.is_far = Mask<N>::of(0);
     out.is_delta = Mask<N>::of(0);
-    out.light = pick.light;
+    out.light = light;
+    place = at.place;
     return out;
+  }
+
+  /// Sets the radiance where it varies over triangles.
+  template <std::size_t N>
+  void set_varying(unsigned on, Vec3s<N> place, LightLanes<N>& out) const {
+    for (; on != 0; on &= on - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(on));
+      const TriangleLight& t = scene_.triangle_lights[static_cast<std::size_t>(out.light.v[k])];
+      if (t.varies) {
+        const Rgb seen = triangle_radiance(scene_, t, place.lane(k), -out.wi_world.lane(k));
+        out.radiance.set(k, {seen.r, seen.g, seen.b});
+      }
+    }
   }
 
   template <std::size_t N>
@@ -151,9 +187,11 @@ class LaneLights {
 
   const SceneData& scene_;
   const MisLightSampler& lights_;
-  bool has_few_ = false;
+  std::int32_t triangles_;
+  std::int32_t sky_light_;  ///< index of the environment
   LaneEnvironment sky_;
   bool has_sky_ = false;
+  bool has_few_ = false;
 };
 
 }  // namespace core

@@ -1,5 +1,6 @@
 #include "core/accel/accel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -116,7 +117,7 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
   std::memcpy(out.dir_z, rays.direction_z, sizeof(rays.direction_z));
   std::memcpy(out.tfar, rays.t_max, sizeof(rays.t_max));
   std::memset(out.tnear, 0, sizeof(out.tnear));
-  std::memset(out.time, 0, sizeof(out.time));
+  std::memcpy(out.time, rays.time, sizeof(rays.time));
   std::memset(out.mask, 0xff, sizeof(out.mask));
   std::memset(out.id, 0, sizeof(out.id));
   std::memset(out.flags, 0, sizeof(out.flags));
@@ -135,7 +136,8 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
 Ray ray_of(const RayPacket& rays, unsigned k) {
   return {.origin = {rays.origin_x[k], rays.origin_y[k], rays.origin_z[k]},
           .direction = {rays.direction_x[k], rays.direction_y[k], rays.direction_z[k]},
-          .t_max = rays.t_max[k]};
+          .t_max = rays.t_max[k],
+          .time = rays.time[k]};
 }
 
 }  // namespace
@@ -175,7 +177,9 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   impl.top = new_scene(impl.device, has_each_hit);
   impl.top_geometries = static_cast<std::uint32_t>(top_level.size());
   impl.has_instances = !instances.empty();
-  if (!impl.has_instances) {
+  const bool is_still = std::all_of(top_level.begin(), top_level.end(),
+                                    [](const AccelGeometry& mesh) { return mesh.later.empty(); });
+  if (!impl.has_instances && is_still) {
     impl.few = FewTriangles(top_level);
   }
   for (std::uint32_t id = 0; id < top_level.size(); ++id) {

@@ -38,11 +38,12 @@ struct RawHit {
   std::uint32_t primitive = 0;
 };
 
-/// Eight rays, each as Ray with t from 0, at time 0.
+/// Eight rays, each as Ray with t from 0.
 struct alignas(32) RayPacket {
   float origin_x[8], origin_y[8], origin_z[8];
   float direction_x[8], direction_y[8], direction_z[8];
   float t_max[8];
+  float time[8] = {};
 };
 
 /// RawHit of eight rays, without t, which the caller computes.
@@ -94,7 +95,8 @@ class Accel {
   /// As above, for the rays of a packet whose bit is set; returns bits. The hit of a ray does not
   /// depend on the other rays of its packet. If two surfaces are at the same distance up to
   /// rounding, it may differ from the hit of a single ray, so each kind of path always uses one of
-  /// the two. Scenes of a few dozen triangles have a kernel of their own (few_triangles.h). In
+  /// the two. Scenes of a few dozen triangles at rest have a kernel of their own
+  /// (few_triangles.h). In
   /// scenes with instances, rays are traced one by one: packets that diverge at the instances'
   /// boxes took 1.2 to 1.5 times as long (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;

@@ -24,6 +24,7 @@ class MovingCamera {
   }
   /// Returns the camera when the shutter opens.
   const Camera& first() const noexcept { return steps_.front(); }
+  bool is_at_rest() const noexcept { return steps_.size() == 1; }
   /// Returns the ray at `time`, the fraction of the interval in [0, 1]. Interpolates lens and
   /// directions linearly between steps.
   Camera::CameraRay ray(Vec2 film_px, Vec2 lens, float time) const noexcept;

@@ -1,6 +1,8 @@
 /// Colours in SIMD lanes, and the colour that goes with a number of core/math/generic.h.
 #pragma once
 
+#include <type_traits>
+
 #include "core/color/rgb.h"
 #include "core/math/generic.h"
 
@@ -30,6 +32,29 @@ Floats<N> luminance(Vec3s<N> c) {
   return 0.2126F * c.x + 0.7152F * c.y + 0.0722F * c.z;
 }
 inline Rgb select(bool mask, Rgb yes, Rgb no) noexcept { return mask ? yes : no; }
+
+template <typename F>
+ColorOf<F> color_of(Rgb c) {
+  if constexpr (std::is_same_v<F, float>) {
+    return c;
+  } else {
+    return ColorOf<F>(F(c.r), F(c.g), F(c.b));
+  }
+}
+template <typename F>
+struct Channels {
+  F red, green, blue;
+};
+inline Channels<float> channels_of(Rgb c) noexcept { return {c.r, c.g, c.b}; }
+template <std::size_t N>
+Channels<Floats<N>> channels_of(Vec3s<N> c) {
+  return {c.x, c.y, c.z};
+}
+inline float sum_of(Rgb c) noexcept { return c.r + c.g + c.b; }
+template <std::size_t N>
+Floats<N> sum_of(Vec3s<N> c) {
+  return c.x + c.y + c.z;
+}
 
 /// Applies f to each channel; a number is one channel.
 template <typename F, typename Function>

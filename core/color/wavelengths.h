@@ -36,6 +36,9 @@ class Wavelengths {
     return seen_[0] * values.r + seen_[1] * values.g + seen_[2] * values.b;
   }
 
+  /// The nine factors of values(), row by row, followed by others: for batched use.
+  const float* shares() const noexcept { return &shares_[0].r; }
+
  private:
   static constexpr float dot3(Rgb a, Rgb b) noexcept { return a.r * b.r + a.g * b.g + a.b * b.b; }
 

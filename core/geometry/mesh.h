@@ -1,6 +1,7 @@
 /// Triangle meshes in memory, and their placement.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,20 @@ struct MeshData {
   /// up to 1, padded like `positions`. Rays at time 0 hit the mesh itself.
   std::vector<MovedVertices> later;
 
+  /// Returns a member of a vertex, which is `first` at time 0: as Embree, linear between times.
+  /// Pre: the mesh moves.
+  Vec3 at_time(std::vector<Vec3> MovedVertices::*member, Vec3 first, std::uint32_t vertex,
+               float time) const noexcept {
+    const float at = time * static_cast<float>(later.size());
+    const std::size_t step = std::min(static_cast<std::size_t>(at), later.size() - 1);
+    const float part = at - static_cast<float>(step);
+    const Vec3 from = step == 0 ? first : (later[step - 1].*member)[vertex];
+    return from * (1 - part) + (later[step].*member)[vertex] * part;
+  }
+  Vec3 position(std::uint32_t vertex, float time) const noexcept {
+    const Vec3 p = positions[vertex];
+    return later.empty() ? p : at_time(&MovedVertices::positions, p, vertex, time);
+  }
   bool is_round(std::uint32_t triangle, bool front) const noexcept {
     return !round_sides.empty() && (round_sides[triangle] >> (front ? 0 : 1) & 1) != 0;
   }

@@ -47,6 +47,22 @@ F bulge(const Corners<V>& p, const Corners<V>& n, V b, F side) noexcept {
   return 0.5F * (b.x * b.y * edge(0, 1) + b.y * b.z * edge(1, 2) + b.z * b.x * edge(2, 0));
 }
 
+/// Returns a vector of a triangle after the triangle has moved.
+inline Vec3 carried(Vec3 way, const Corners<Vec3>& from, const Corners<Vec3>& to) noexcept {
+  const Vec3 e1 = from[1] - from[0];
+  const Vec3 e2 = from[2] - from[0];
+  const Vec3 n = cross(e1, e2);
+  const float area_squared = dot(n, n);
+  if (!(area_squared > 0)) {
+    return way;
+  }
+  const Vec3 f1 = to[1] - to[0];
+  const Vec3 f2 = to[2] - to[0];
+  const Vec3 up = normalize_or(cross(f1, f2), Vec3{0, 0, 0}) * sqrt(area_squared);
+  return (f1 * dot(way, cross(e2, n)) + f2 * dot(way, cross(n, e1)) + up * dot(way, n)) *
+         (1 / area_squared);
+}
+
 /// Returns a shading normal visible to the viewer, rotated only as far as needed if it faces away.
 template <typename V>
 V facing(V n, V wo) noexcept {

@@ -67,6 +67,11 @@ Floats<N> sign_of(Floats<N> x) {
   return floats_of((bits_of(x) & Ints<N>(std::int32_t(0x80000000U))) | bits_of(Floats<N>(1)));
 }
 inline float exp(float x) noexcept { return std::exp(x); }
+inline float log(float x) noexcept { return std::log(x); }
+template <std::size_t N>
+Floats<N> log(Floats<N> x) {
+  return log2(x) * Floats<N>(0.693147181F);
+}
 inline float pow(float x, float power) noexcept { return std::pow(x, power); }
 inline int truncated(float x) noexcept { return static_cast<int>(x); }
 inline float to_floats(int x) noexcept { return static_cast<float>(x); }

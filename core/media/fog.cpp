@@ -25,19 +25,6 @@ float Fog::density(Vec3 point) const noexcept {
   return std::min(std::exp(at_origin_ - falloff_ * point.y), kDensest);
 }
 
-Fog::Range Fog::range(Vec3 origin, Vec3 direction, float distance_m) const noexcept {
-  const Vec3 from = origin - center_;
-  const float along = -dot(from, direction);
-  const float off2 = length_squared(from + direction * along);
-  const float half2 = radius_m_ * radius_m_ - off2;
-  if (!(half2 > 0)) {
-    return {};
-  }
-  const float half = std::sqrt(half2);
-  const float begin = std::max(along - half, 0.0F);
-  return {begin, std::max(std::min(along + half, distance_m), begin)};
-}
-
 /// Anchored at the lower end, where the density is highest: from there it only decreases, so
 /// neither factor overflows however high the other end is.
 float Fog::depth(Vec3 origin, Vec3 direction, float distance_m) const noexcept {

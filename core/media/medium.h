@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
-#include "core/color/rgb.h"
+#include "core/color/lane_color.h"
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/math/vec.h"
@@ -23,35 +24,82 @@ struct Medium {
 };
 
 /// exp(-sigma_t * depth_m): the Beer-Lambert law.
-inline Rgb transmittance(Rgb sigma_t, float depth_m) noexcept {
-  return {std::exp(-sigma_t.r * depth_m), std::exp(-sigma_t.g * depth_m),
-          std::exp(-sigma_t.b * depth_m)};
+template <typename F>
+ColorOf<F> transmittance(Rgb sigma_t, F depth_m) noexcept {
+  return {exp(-sigma_t.r * depth_m), exp(-sigma_t.g * depth_m), exp(-sigma_t.b * depth_m)};
 }
 
 /// Phase function at the cosine of the scattering angle [1/sr]; it integrates to 1 over solid
 /// angle.
-inline float henyey_greenstein(float cosine, float g) noexcept {
-  const float base = std::max(1 + g * g - 2 * g * cosine, 1e-9F);
-  return (1 - g * g) * kInvPi / (4 * base * std::sqrt(base));
+template <typename F>
+F henyey_greenstein(F cosine, float g) noexcept {
+  const F base = max((1 + g * g) - 2 * g * cosine, F(1e-9F));
+  return (1 - g * g) * kInvPi / (4 * base * sqrt(base));
 }
 
 /// Samples a direction from the phase function.
-inline Vec3 sample_henyey_greenstein(Vec3 direction, float g, Vec2 u) noexcept {
+template <typename V = Vec3, typename U = Vec2>
+V sample_henyey_greenstein(V direction, float g, U u) noexcept {
+  using F = decltype(direction.x);
   // Below this, the quotient loses more digits than the truncated series.
   constexpr float kEven = 1e-3F;
-  float cosine = 0;
+  F cosine(0);
   if (std::fabs(g) < kEven) {
-    const float x = 2 * u.x - 1;
+    const F x = 2 * u.x - 1;
     cosine = x + 1.5F * g * (1 - x * x);
   } else {
-    const float s = (1 - g * g) / (1 - g + 2 * g * u.x);
-    cosine = (1 + g * g - s * s) / (2 * g);
+    const F s = (1 - g * g) / ((1 - g) + 2 * g * u.x);
+    cosine = ((1 + g * g) - s * s) / (2 * g);
   }
-  cosine = std::clamp(cosine, -1.0F, 1.0F);
-  const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0F));
-  const float phi = 2 * kPi * u.y;
-  const Frame frame = frame_from_normal(direction);
-  return normalize(frame.to_world({sine * std::cos(phi), sine * std::sin(phi), cosine}));
+  cosine = min(max(cosine, F(-1)), F(1));
+  const F sine = sqrt(max(1 - cosine * cosine, F(0)));
+  F sin_phi;
+  F cos_phi;
+  sincos(2 * kPi * u.y, sin_phi, cos_phi);
+  const auto frame = frame_from_normal(direction);
+  return normalize(frame.to_world({sine * cos_phi, sine * sin_phi, cosine}));
+}
+
+/// How far a path goes in a medium.
+template <typename F>
+struct MediumDepth {
+  MaskOf<F> scatters;  ///< there; else it reaches the end
+  F depth_m;
+  ColorOf<F> weight;  ///< transmittance, and scattering coefficient, over density
+};
+
+/// Returns the probabilities of selecting each channel, from the path's throughput.
+template <typename C>
+C channel_probs(C beta) noexcept {
+  const C size = each_channel(beta, [](auto b) { return abs(b); });
+  const auto sum = sum_of(size);
+  using F = std::remove_const_t<decltype(sum)>;
+  return select(sum > 0, size * (1 / sum), color_of<F>(Rgb(1.0F / 3)));
+}
+
+/// Samples where the path scatters up to depth_m, which is above 0. probs: of channels. u: for the
+/// channel, and the depth. Pre: the medium scatters.
+template <typename F, typename U>
+MediumDepth<F> sample_medium_depth(const Medium& medium, ColorOf<F> probs, F depth_m,
+                                   U u) noexcept {
+  const Rgb t = medium.sigma_t;
+  const auto [red, green, blue] = channels_of(probs);
+  // The last channel that can be: rounding never picks one of probability 0.
+  const auto is_first = opposite(u.x >= red);
+  const auto is_second = opposite(u.x >= red + green) | opposite(blue > 0);
+  const F sigma =
+      select(is_first, F(t.r), select(is_second, select(green > 0, F(t.g), F(t.r)), F(t.b)));
+  const F at_m = select(sigma > 0, -log(1 - u.y) / sigma, depth_m);
+  MediumDepth<F> out{at_m < depth_m, min(at_m, depth_m), {}};
+  const ColorOf<F> passed = transmittance(t, out.depth_m);
+  const auto per = [&](ColorOf<F> density, ColorOf<F> value) {
+    return value * (1 / sum_of(density));
+  };
+  const ColorOf<F> end = per(probs * passed, passed);
+  const ColorOf<F> scattered =
+      per(probs * color_of<F>(t) * passed, color_of<F>(medium.sigma_s) * passed);
+  out.weight = select(out.scatters, scattered, end);
+  return out;
 }
 
 /// Returns the single-scattering albedo that gives an optically thick medium this colour under

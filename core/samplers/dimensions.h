@@ -10,25 +10,28 @@
 ///                                                         cached_irradiance
 ///   light   x       which light                           path direct_light bdpt irradiance
 ///                                                         shared_lights path_media wave_tracer
+///                                                         lane_fog
 ///   light   y z     where on it                           path direct_light bdpt irradiance
 ///                                                         shared_lights path_media wave_tracer
+///                                                         lane_fog
 ///   light   w       Russian roulette of the path          path bdpt shared_lights path_media
-///                                                         wave_tracer
+///                                                         wave_tracer lane_fog
 ///   bsdf    x       which lobe                            path direct light_path bdpt light_trace
 ///                                                         photon_mapping catcher census
 ///                                                         wave_tracer feature_pass
 ///   bsdf    y z     direction                             path direct light_path bdpt irradiance
 ///                                                         light_trace photon_mapping
 ///                                                         cached_irradiance catcher census
-///                                                         path_media wave_tracer feature_pass
+///                                                         path_media wave_tracer lane_fog
+///                                                         feature_pass
 ///   bsdf    w       delta lobe or not, where directions   path
 ///                   do not follow the BSDF
-///   volume  x       which channel's extinction            medium_sample
-///   volume  y       how far within a medium               medium_sample
-///   volume  z       wavelengths of a spectral path        path
+///   volume  x       which channel's extinction            medium_sample lane_fog
+///   volume  y       how far within a medium               medium_sample lane_fog
+///   volume  z       wavelengths of a spectral path        path wave_tracer
 ///   volume  w       hero wavelength                       surface_event scene_colors bdpt
 ///   choice  x       which of several light candidates,    path shared_lights catcher
-///                   or a turn of a softened shadow        wave_tracer
+///                   or a turn of a softened shadow        lane_shadows
 ///   choice  y       Russian roulette of the shadow ray,   path catcher
 ///                   or that turn
 ///   choice  z       which of the shared light samples,    shared_lights catcher
@@ -48,6 +51,7 @@
 ///   stretch y z     where on it                           path_media
 ///   stretch w       how far along the stretch             path_media
 ///   time    x       when within the open shutter          renderer feature_pass
+///                                                         wave_tracer
 ///   extra   0..     holes along a segment                 intersect visibility wave_tracer
 ///   extra   2^30..  volume x and y, behind holes in       medium_sample
 ///                   solids

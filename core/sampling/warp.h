@@ -46,11 +46,15 @@ Vec3Of<decltype(U::x)> uniform_hemisphere(U u) noexcept {
 }
 
 /// Density 1 / (4 pi).
-inline Vec3 uniform_sphere(Vec2 u) noexcept {
-  const float z = 1 - 2 * u.x;
-  const float r = safe_sqrt(1 - z * z);
-  const float phi = kTwoPi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), z};
+template <typename U>
+auto uniform_sphere(U u) noexcept {
+  using F = decltype(u.x);
+  const F z = 1 - 2 * u.x;
+  const F r = safe_sqrt(1 - z * z);
+  F sin_phi;
+  F cos_phi;
+  sincos(kTwoPi * u.y, sin_phi, cos_phi);
+  return Vec3Of<F>{r * cos_phi, r * sin_phi, z};
 }
 
 /// Returns barycentric weights of vertices 1 and 2, uniform over a triangle's area. Source: Heitz,

@@ -15,25 +15,12 @@ struct Triangle {
   Vec3 cross_product() const { return cross(p[1] - p[0], p[2] - p[0]); }
 };
 
-/// Interpolates a vertex of a moving mesh linearly between its time steps, as Embree does.
-Vec3 at_time(const MeshData& mesh, std::vector<Vec3> MovedVertices::*values, Vec3 first,
-             std::uint32_t vertex, float time) {
-  const float at = time * static_cast<float>(mesh.later.size());
-  const std::size_t step = std::min(static_cast<std::size_t>(at), mesh.later.size() - 1);
-  const float part = at - static_cast<float>(step);
-  const Vec3 from = step == 0 ? first : (mesh.later[step - 1].*values)[vertex];
-  return from * (1 - part) + (mesh.later[step].*values)[vertex] * part;
-}
-
 Triangle corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
                  float time) {
   Triangle c;
   for (std::size_t k = 0; k < 3; ++k) {
     c.v[k] = mesh.indices[3 * std::size_t{triangle} + k];
-    Vec3 p = mesh.positions[c.v[k]];
-    if (!mesh.later.empty()) {
-      p = at_time(mesh, &MovedVertices::positions, p, c.v[k], time);
-    }
+    const Vec3 p = mesh.position(c.v[k], time);
     c.p[k] = to_world == nullptr ? p : to_world->point(p);
   }
   return c;
@@ -50,22 +37,6 @@ Vec4 blend(const std::vector<Vec4>& values, const Triangle& c, Vec3 b) {
   const Vec4 v2 = values[c.v[2]];
   return {v0.x * b.x + v1.x * b.y + v2.x * b.z, v0.y * b.x + v1.y * b.y + v2.y * b.z,
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
-}
-
-/// Transforms a vector of the mesh at time 0 along with its triangle.
-Vec3 carried(Vec3 way, const Triangle& from, const Triangle& to) {
-  const Vec3 e1 = from.p[1] - from.p[0];
-  const Vec3 e2 = from.p[2] - from.p[0];
-  const Vec3 n = cross(e1, e2);
-  const float area_squared = length_squared(n);
-  if (!(area_squared > 0)) {
-    return way;
-  }
-  const Vec3 f1 = to.p[1] - to.p[0];
-  const Vec3 f2 = to.p[2] - to.p[0];
-  const Vec3 up = normalize_or(cross(f1, f2), {0, 0, 0}) * std::sqrt(area_squared);
-  return (f1 * dot(way, cross(e2, n)) + f2 * dot(way, cross(n, e1)) + up * dot(way, n)) *
-         (1 / area_squared);
 }
 
 }  // namespace
@@ -93,7 +64,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3 m = mesh.normals[c.v[k]];
       if (!mesh.later.empty()) {
-        m = normalize_or(at_time(mesh, &MovedVertices::normals, m, c.v[k], ray.time),
+        m = normalize_or(mesh.at_time(&MovedVertices::normals, m, c.v[k], ray.time),
                          s.normal_geometric);
       }
       corner[k] = to_world == nullptr ? m : normalize_or(to_world->normal(m), s.normal_geometric);
@@ -128,7 +99,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     const Vec4 t = blend(mesh.tangents, c, b);
     Vec3 moved = to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
     if (!mesh.later.empty()) {
-      moved = carried(moved, corners(mesh, nullptr, hit.primitive, 0), c);
+      moved = carried(moved, corners(mesh, nullptr, hit.primitive, 0).p, c.p);
     }
     s.tangent = normalize_or(moved, {0, 0, 0});
     s.tangent_uv_set = mesh.tangent_uv_set;

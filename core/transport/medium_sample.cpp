@@ -5,29 +5,7 @@
 #include "core/samplers/dimensions.h"
 
 namespace core {
-namespace {
-
-/// Returns the probabilities of selecting each channel, from the path's throughput.
-Rgb channel_probs(Rgb beta) noexcept {
-  const Rgb size = {std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)};
-  const float sum = size.r + size.g + size.b;
-  return sum > 0 ? size / sum : Rgb(1.0F / 3);
-}
-
-int pick_channel(Rgb probs, float u) noexcept {
-  if (u < probs.r) {
-    return 0;
-  }
-  // The last channel that can be: rounding never picks one of probability 0.
-  return u < probs.r + probs.g || !(probs.b > 0) ? (probs.g > 0 ? 1 : 0) : 2;
-}
-
-/// Widening of the ray cone where it scatters [rad]: that of a rough surface.
-constexpr float kMediumConeSpread = 0.1F;
-
-float sum_of(Rgb c) noexcept { return c.r + c.g + c.b; }
-
-}  // namespace
+namespace {}  // namespace
 
 MediumStretch::MediumStretch(const PathState& path, const Medium* solid, float distance_m) noexcept
     : medium_(solid),
@@ -59,19 +37,13 @@ MediumSample MediumStretch::sample(const PathState& path) const noexcept {
     u.x = path.sampler.extra_1d(path.depth, kVolumeDraws + 2 * path.solid_holes);
     u.y = path.sampler.extra_1d(path.depth, kVolumeDraws + 2 * path.solid_holes + 1);
   }
-  const float sigma = sigma_t[pick_channel(probs_, u.x)];
-  const float at_m = sigma > 0 ? -std::log1p(-u.y) / sigma : depth_m_;
-  if (!(at_m < depth_m_)) {
-    const Rgb passed = transmittance(sigma_t, depth_m_);
-    out.weight = passed / sum_of(probs_ * passed);
-    out.depth_m = depth_m_;
-    return out;
+  const auto at = sample_medium_depth(*medium_, probs_, depth_m_, Vec2{u.x, u.y});
+  out.depth_m = at.depth_m;
+  out.weight = at.weight;
+  if (at.scatters) {
+    out.scatterer = medium_;
+    out.distance_m = is_fog() ? fog_->distance(origin_, direction_, at.depth_m) : at.depth_m;
   }
-  const Rgb passed = transmittance(sigma_t, at_m);
-  out.scatterer = medium_;
-  out.depth_m = at_m;
-  out.distance_m = is_fog() ? fog_->distance(origin_, direction_, at_m) : at_m;
-  out.weight = medium_->sigma_s * passed / sum_of(probs_ * sigma_t * passed);
   return out;
 }
 
@@ -103,6 +75,7 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
   path.media.begin_segment();
   path.solid_holes = 0;
   path.passed_m = 0;
+  path.alpha_tests = 0;
   path.ray.direction = sample_henyey_greenstein(before, medium.g, u);
   path.ray.t_max = Ray{}.t_max;
   path.last = {henyey_greenstein(dot(before, path.ray.direction), medium.g), point, {}, 1};

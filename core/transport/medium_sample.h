@@ -60,6 +60,9 @@ inline MediumSample sample_medium(const PathState& path, const Medium* solid,
   return MediumStretch(path, solid, distance_m).sample(path);
 }
 
+/// Widening of the ray cone where it scatters [rad]: that of a rough surface.
+inline constexpr float kMediumConeSpread = 0.1F;
+
 /// Scatters at `point` in a medium: the next direction by its phase function, u in [0,1).
 void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) noexcept;
 

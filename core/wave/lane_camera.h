@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/camera/camera.h"
+#include "core/camera/moving_camera.h"
 #include "core/film/due_sample.h"
 #include "core/film/filter.h"
 #include "core/math/lane_math.h"
@@ -25,19 +26,25 @@ struct CameraRayLanes {
   Vec2s<N> film_px;
 };
 
-/// Filters without negative lobes and cameras without a lens or distortion are evaluated in SIMD,
-/// all others lane by lane.
+/// Filters without negative lobes and cameras at rest without a lens or distortion are evaluated in
+/// SIMD, all others lane by lane.
 class LaneCamera {
  public:
-  LaneCamera(const Camera& camera, const FilterSampler& filter)
-      : camera_(camera), filter_(filter), pinhole_(camera.pinhole()) {}
+  /// moving: while the shutter is open; null if the camera is at rest.
+  LaneCamera(const Camera& camera, const FilterSampler& filter,
+             const MovingCamera* moving = nullptr)
+      : camera_(camera),
+        moving_(moving),
+        filter_(filter),
+        pinhole_(moving == nullptr ? camera.pinhole() : std::nullopt) {}
 
   /// The random numbers that rays() needs.
   Drawn drawn() const { return pinhole_ ? Drawn::kPair : Drawn::kAll; }
 
-  /// due: at most N samples; the results of lanes beyond them are unspecified.
+  /// due: at most N samples; the results of lanes beyond them are unspecified. time: if it moves.
   template <std::size_t N>
-  CameraRayLanes<N> rays(std::span<const DueSample> due, const Vec4s<N>& u) const {
+  CameraRayLanes<N> rays(std::span<const DueSample> due, const Vec4s<N>& u,
+                         Floats<N> time = Floats<N>(0)) const {
     CameraRayLanes<N> out{};
     Floats<N> x(0.5F);
     Floats<N> y(0.5F);
@@ -69,7 +76,10 @@ class LaneCamera {
       return out;
     }
     for (std::size_t k = 0; k < due.size(); ++k) {
-      const Camera::CameraRay one = camera_.ray({x.v[k], y.v[k]}, {u.z.v[k], u.w.v[k]});
+      const Vec2 film_px = {x.v[k], y.v[k]};
+      const Vec2 lens = {u.z.v[k], u.w.v[k]};
+      const Camera::CameraRay one =
+          moving_ != nullptr ? moving_->ray(film_px, lens, time.v[k]) : camera_.ray(film_px, lens);
       out.origin.set(k, one.ray.origin);
       out.direction.set(k, one.ray.direction);
       out.spread_rad.v[k] = one.spread_rad;
@@ -100,6 +110,7 @@ class LaneCamera {
   }
 
   const Camera& camera_;
+  const MovingCamera* moving_;
   const FilterSampler& filter_;
   std::optional<Camera::Pinhole> pinhole_;
 };

@@ -5,9 +5,9 @@
 #include <bit>
 #include <memory>
 
-#include "core/integrators/path/catcher.h"
 #include "core/settings/registry.h"
 #include "core/wave/lane_camera.h"
+#include "core/wave/scalar_paths.h"
 #include "core/wave/wave_access.h"
 
 namespace core {
@@ -17,14 +17,14 @@ class LaneCatcher {
  public:
   explicit LaneCatcher(const IntegratorInput& input)
       : scene_(input.scene),
-        scalar_(has_catcher(input.settings) ? std::make_unique<CatcherTracer<Options>>(input)
+        scalar_(has_catcher(input.settings) ? std::make_unique<CatcherOf<Options>>(input)
                                             : nullptr),
         is_in_lanes_(scalar_ != nullptr && !scalar_->is_soft() &&
                      Options(input.settings).candidates == 1),
         split_count_(static_cast<float>(Options(input.settings).split_count)) {}
 
   /// Null if there is no catcher.
-  const CatcherTracer<Options>* scalar() const { return scalar_.get(); }
+  const CatcherOf<Options>* scalar() const { return scalar_.get(); }
   /// Returns whether lanes continue paths on the catcher; else these leave them.
   bool is_in_lanes() const { return is_in_lanes_; }
 
@@ -82,7 +82,7 @@ class LaneCatcher {
       if (caught.on.at[i] == 0) {
         continue;
       }
-      typename CatcherTracer<Options>::Changes changes;
+      typename CatcherOf<Options>::Changes changes;
       changes.diffuse.blocked = rgb(caught.blocked.get(i) + caught.kept_away.get(i));
       // These paths are not split, but their light is added as if they were.
       changes.diffuse.bounced = rgb(wave.results.radiance.get(i)) * split_count_;
@@ -95,7 +95,7 @@ class LaneCatcher {
 
  private:
   const SceneData& scene_;
-  std::unique_ptr<const CatcherTracer<Options>> scalar_;
+  std::unique_ptr<const CatcherOf<Options>> scalar_;
   bool is_in_lanes_;
   float split_count_;
 };

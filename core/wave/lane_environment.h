@@ -33,12 +33,18 @@ class LaneEnvironment {
     }
   }
 
-  /// Samples for surfaces that face `normal`.
+  /// Samples for surfaces that face `normal`, or points if it is zero.
   template <std::size_t N>
   SkyLanes<N> sample(Vec3s<N> normal, Vec2s<N> u) const {
     if (map_.width == 0) {
       const Vec3s<N> local = is_compensated_ ? cosine_hemisphere(u) : uniform_hemisphere(u);
-      return {frame_from_normal(normal).to_world(local), constant<N>(), over_hemisphere(local.z)};
+      SkyLanes<N> out = {frame_from_normal(normal).to_world(local), constant<N>(),
+                         over_hemisphere(local.z)};
+      if (const Mask<N> anywhere = is_zero(normal); anywhere.any()) {
+        out.wi_world = select(anywhere, uniform_sphere(u), out.wi_world);
+        out.pdf_solid_angle = select(anywhere, Floats<N>(kInvPi * 0.25F), out.pdf_solid_angle);
+      }
+      return out;
     }
     const auto at = sample_square(*distribution_, u);
     Floats<N> sin_phi;
@@ -59,7 +65,7 @@ class LaneEnvironment {
   template <std::size_t N>
   Floats<N> pdf_solid_angle(Vec3s<N> normal, Vec3s<N> d, const MapPoints<N>& at) const {
     if (map_.width == 0) {
-      return over_hemisphere(dot(normal, d));
+      return select(is_zero(normal), Floats<N>(kInvPi * 0.25F), over_hemisphere(dot(normal, d)));
     }
     return over_sphere(pdf_square(*distribution_, Vec2s<N>{at.u, at.v}), at.sin_theta);
   }
@@ -106,6 +112,10 @@ class LaneEnvironment {
   }
 
  private:
+  template <std::size_t N>
+  static Mask<N> is_zero(Vec3s<N> normal) {
+    return dot(normal, normal) == Floats<N>(0);
+  }
   /// Converts a density over the unit square of the map to solid angle.
   template <std::size_t N>
   static Floats<N> over_sphere(Floats<N> pdf_unit, Floats<N> sin_theta) {

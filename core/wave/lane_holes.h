@@ -27,7 +27,8 @@ struct TracedPacket {
     return {{rays.origin_x[k], rays.origin_y[k], rays.origin_z[k]},
             {rays.direction_x[k], rays.direction_y[k], rays.direction_z[k]},
             0,
-            rays.t_max[k]};
+            rays.t_max[k],
+            rays.time[k]};
   }
   /// Moves the origin of ray k behind its hit; returns the distance.
   float go_behind(const SceneData& scene, std::size_t k) noexcept {

@@ -120,7 +120,8 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
     placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
                        mesh.indices.data(), &materials_[mesh.material],
                        maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
-                       data(mesh.tangents), placed.first_light, kind, m.has_alpha, m.is_clear,
+                       data(mesh.tangents), placed.first_light, kind,
+                       mesh.later.empty() ? nullptr : &mesh, m.has_alpha, m.is_clear,
                        m.factors.double_sided, shines_alone(m), has_layers});
   }
 }
@@ -149,6 +150,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     } else {
       (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
       add_triangle(rows, k, mesh, hit, instance);
+      if (mesh.moving != nullptr) {
+        move_triangle(rows, k, *mesh.moving, hit.primitive, segments.time.v[k]);
+      }
     }
   }
   if ((plain | mapped) == 0) {
@@ -165,7 +169,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
         const auto k = static_cast<std::size_t>(std::countr_zero(rest));
         const PlacedInstance* instance = instance_of(hits[k]);
         add_maps(maps, k, entry_of(hits[k]), hits[k],
-                 instance == nullptr ? nullptr : &instance->to_world);
+                 instance == nullptr ? nullptr : &instance->to_world, segments.time.v[k]);
       }
       textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();
     }
@@ -219,6 +223,23 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
 }
 
+/// Puts a triangle that moves, and thus is in world space, where it is at this time.
+template <std::size_t N>
+[[gnu::noinline]] void LaneSurfaces::move_triangle(Rows<N>& rows, std::size_t k,
+                                                   const MeshData& mesh, std::uint32_t triangle,
+                                                   float time) {
+  const std::uint32_t* v = &mesh.indices[3 * std::size_t{triangle}];
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Vec3 p = mesh.position(v[c], time);
+    rows.placed[c][k] = {p.x, p.y, p.z, 0};
+    rows.positions[c][k] = &rows.placed[c][k].x;
+    if (!mesh.normals.empty()) {
+      const Vec3 n = mesh.at_time(&MovedVertices::normals, mesh.normals[v[c]], v[c], time);
+      rows.turned[c][k] = {n.x, n.y, n.z, 1};
+    }
+  }
+}
+
 /// Loads the factors of clearcoat and sheen in the lanes of `on`, and the coat's normal without its
 /// texture, in world space.
 template <std::size_t N>
@@ -244,7 +265,7 @@ void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>
 
 template <std::size_t N>
 void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                            const Transform* to_world) {
+                            const Transform* to_world, float time) {
   rows.set(k, *mesh.maps);
   const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
   for (std::size_t c = 0; c < 3 && mesh.uv != nullptr; ++c) {
@@ -256,6 +277,16 @@ void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, 
     rows.tangents[c][k] = &t.x;
     if (to_world != nullptr) {
       const Vec3 moved = to_world->vector({t.x, t.y, t.z});
+      rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
+      rows.tangents[c][k] = &rows.turned[c][k].x;
+    } else if (mesh.moving != nullptr) {
+      Corners<Vec3> first;
+      Corners<Vec3> now;
+      for (std::size_t i = 0; i < 3; ++i) {
+        first[i] = mesh.positions[v[i]];
+        now[i] = mesh.moving->position(v[i], time);
+      }
+      const Vec3 moved = carried({t.x, t.y, t.z}, first, now);
       rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
       rows.tangents[c][k] = &rows.turned[c][k].x;
     }
@@ -336,7 +367,9 @@ bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
 template <std::size_t N>
 void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
                                  LaneHits<N>& out) const {
-  const Ray ray = {segments.origin.lane(k), segments.direction.lane(k)};
+  const Ray ray = {.origin = segments.origin.lane(k),
+                   .direction = segments.direction.lane(k),
+                   .time = segments.time.v[k]};
   const SurfacePoint point = scene_.surface_point(hit, ray);
   const Material& material = scene_.materials[point.material];
   const Vec3 wo = -ray.direction;

@@ -21,6 +21,7 @@ struct SegmentLanes {
   Floats<N> cone_width_m;  ///< at the origin
   Floats<N> cone_spread_rad;
   Ints<N> is_sharp;
+  Floats<N> time{0};  ///< while the shutter is open
 };
 
 /// The surfaces they hit.
@@ -80,6 +81,7 @@ class LaneSurfaces {
     const Vec4* tangents;  ///< null if absent
     std::uint32_t first_light;
     Kind kind;
+    const MeshData* moving;  ///< null if it is at rest
     bool may_be_hole;
     bool is_clear;
     bool is_double_sided;
@@ -100,8 +102,11 @@ class LaneSurfaces {
   static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                            const PlacedInstance* instance);
   template <std::size_t N>
+  static void move_triangle(Rows<N>& rows, std::size_t k, const MeshData& mesh,
+                            std::uint32_t triangle, float time);
+  template <std::size_t N>
   static void add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                       const Transform* to_world);
+                       const Transform* to_world, float time);
   template <std::size_t N>
   static TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
                                      LaneHits<N>& out);

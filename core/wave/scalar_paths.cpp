@@ -5,15 +5,17 @@
 namespace core {
 namespace {
 
-/// Returns whether lanes can continue the path: they support neither enclosing solids nor
-/// wavelengths. Outside of all solids eta_scale differs from 1 only by rounding: two roundings for
+/// Returns whether lanes can continue the path: they support neither enclosing solids nor a
+/// wavelength of its own. Those out of scattering solids, at depths of their own, would be alone
+/// there. Outside of all solids eta_scale differs from 1 only by rounding: two roundings for
 /// each of at most 16 boundaries.
 bool is_for_lanes(const TracedPath& path) noexcept {
   constexpr float kRounding = 32 * 0x1p-24F;
   const Vec3 n = path.last.light_normal;
   const bool may_be_lit_from_behind = dot(n, n) == 0;
   return path.media.empty() && std::fabs(path.eta_scale - 1) <= kRounding &&
-         path.wavelength_nm == 0 && path.null_scatterings == 0 && path.medium_scatterings == 0 &&
+         path.wavelength_nm == 0 && path.null_scatterings == 0 &&
+         (path.medium_scatterings == 0 || path.fog != nullptr) &&
          !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
 }
 
@@ -29,6 +31,7 @@ void for_each_pair(Path& path, State& state, Move&& move) {
   move(path.cone_width_m, state.cone_width_m);
   move(path.cone_spread_rad, state.cone_spread_rad);
   move(path.is_sharp, state.is_sharp);
+  move(path.medium_scatterings, state.medium_scatterings);
 }
 
 template <typename T>
@@ -60,7 +63,7 @@ void ScalarPaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slo
                             {wave.caught->film_x_px.at[i], wave.caught->film_y_px.at[i]});
       return;
     }
-    const Surface bsdf = make_bsdf(vertex.shading, vertex.wo_world);
+    const Surface bsdf = scalar_.surface(path, vertex);
     if (!scalar_.visit(path, vertex, bsdf)) {
       return;
     }
@@ -120,7 +123,7 @@ template <typename Options>
 void ScalarPaths<Options>::take_back(Wave& wave, int depth) noexcept {
   std::erase_if(wave.waiting, [&](const ReturnedPath& back) {
     if (back.depth == depth) {
-      wave.paths.add(back.path);
+      wave.paths.add<Options::has_media>(back.path);
     }
     return back.depth == depth;
   });
@@ -131,11 +134,15 @@ TracedPath ScalarPaths<Options>::handed_over(const WavePath& from, const PathSam
                                              std::uint64_t& rays) const noexcept {
   TracedPath path{PathState{.sampler = sampler, .rays = rays}};
   for_each_pair(from, path, [](const auto& wave, auto& to) { copy(wave, to); });
+  if constexpr (Options::has_media) {
+    path.fog = scalar_.fog();
+  }
   path.last.light_samples = static_cast<float>(scalar_.options().candidates);
   return path;
 }
 
 template class ScalarPaths<DefaultOptions>;
 template class ScalarPaths<WholeOptions>;
+template class ScalarPaths<SpectralOptions>;
 
 }  // namespace core

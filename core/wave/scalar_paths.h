@@ -1,17 +1,23 @@
 /// Paths that leave the lanes at an unsupported surface and return after it.
 #pragma once
 
+#include <type_traits>
+
 #include "core/integrators/path/catcher.h"
 #include "core/integrators/path/path_tracer.h"
 #include "core/wave/wave_access.h"
 
 namespace core {
 
+/// Jobs with a catcher are not spectral.
+template <typename Options>
+using CatcherOf = CatcherTracer<std::conditional_t<Options::is_spectral, WholeOptions, Options>>;
+
 template <typename Options>
 class ScalarPaths {
  public:
   /// catcher: null if there is none.
-  ScalarPaths(const PathTracer<Options>& scalar, const CatcherTracer<Options>* catcher)
+  ScalarPaths(const PathTracer<Options>& scalar, const CatcherOf<Options>* catcher)
       : scalar_(scalar), catcher_(catcher), split_count_(scalar.options().split_count) {}
 
   /// Follows a path until lanes can continue it, then adds it to wave.waiting, or to its end. slot:
@@ -32,7 +38,7 @@ class ScalarPaths {
              std::int32_t slot) const noexcept;
 
   const PathTracer<Options>& scalar_;
-  const CatcherTracer<Options>* catcher_;
+  const CatcherOf<Options>* catcher_;
   int split_count_;
 };
 

@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/color/wavelengths.h"
 #include "core/film/due_sample.h"
 #include "core/film/filter.h"
 #include "core/integrators/integrator.h"
@@ -46,6 +47,8 @@ struct WaveVec3 {
   Vec3 get(std::size_t i) const noexcept { return {x.at[i], y.at[i], z.at[i]}; }
 };
 
+class MovingCamera;
+
 /// What a path carries from surface to surface. Of<T>: one T, an array of them, or lanes.
 template <template <typename> typename Of>
 struct PathMembers {
@@ -60,10 +63,12 @@ struct PathMembers {
   Of<std::int32_t> is_sharp;
   Of<std::uint64_t> base;  ///< of the path's sampler, for sobol
   Of<std::uint32_t> index_reversed;
-  Of<std::int32_t> slot;  ///< see slot_of()
+  Of<std::int32_t> slot;                ///< see slot_of()
+  Of<std::int32_t> medium_scatterings;  ///< as in PathState; of jobs with media
 };
-/// Visits the members, as functions from PathMembers of any kind to theirs.
-template <typename Visit>
+/// Visits the members, as functions from PathMembers of any kind to theirs. kHasMedia: of jobs that
+/// have media.
+template <bool kHasMedia, typename Visit>
 [[gnu::always_inline]] inline void for_each_member(Visit&& visit) {
   visit([](auto& p) -> auto& { return p.origin; });
   visit([](auto& p) -> auto& { return p.direction; });
@@ -77,6 +82,9 @@ template <typename Visit>
   visit([](auto& p) -> auto& { return p.base; });
   visit([](auto& p) -> auto& { return p.index_reversed; });
   visit([](auto& p) -> auto& { return p.slot; });
+  if constexpr (kHasMedia) {
+    visit([](auto& p) -> auto& { return p.medium_scatterings; });
+  }
 }
 
 template <typename T>
@@ -92,13 +100,16 @@ struct WavePaths : PathMembers<Column> {
   std::size_t first = 0;
   std::size_t count = 0;
 
+  template <bool kHasMedia>
   WavePath get(std::size_t i) const noexcept {
-    WavePath out;
-    for_each_member([&](auto member) { member(out) = member(*this).get(i); });
+    WavePath out{};
+    for_each_member<kHasMedia>([&](auto member) { member(out) = member(*this).get(i); });
     return out;
   }
+  template <bool kHasMedia>
   void add(const WavePath& path) noexcept {
-    for_each_member([&](auto member) { member(*this).set(first + count, member(path)); });
+    for_each_member<kHasMedia>(
+        [&](auto member) { member(*this).set(first + count, member(path)); });
     ++count;
   }
 };
@@ -152,12 +163,14 @@ struct WaveResults {
   WaveFloats start_m;  ///< of the camera ray
   WaveFloats t_max;    ///< of the camera ray
   WaveFloats weight;   ///< of the reconstruction filter
+  WaveFloats time;     ///< of the path, while the shutter is open
   WaveArray<std::int32_t> hit;
 };
 
 /// Input shared by all camera paths of an image.
 struct WaveStart {
   const Camera& camera;
+  const MovingCamera* moving;  ///< while the shutter is open; null if the camera is at rest
   const FilterSampler& filter;
   PathSampler sampler;  ///< started anew for each sample
 };
@@ -173,9 +186,10 @@ class Wave {
   WaveShadows shadows;
   WaveResults results;
   std::vector<PathSampler> samplers;
-  std::vector<ReturnedPath> waiting;   ///< empty when the wave has ended
-  std::vector<Rgb> shares;             ///< of the light of each sample; [sample * shares + share]
-  std::unique_ptr<WaveCaught> caught;  ///< null without a catcher
+  std::vector<Wavelengths> wavelengths;  ///< of each sample; of spectral jobs
+  std::vector<ReturnedPath> waiting;     ///< empty when the wave has ended
+  std::vector<Rgb> shares;               ///< of the light of each sample; [sample * shares + share]
+  std::unique_ptr<WaveCaught> caught;    ///< null without a catcher
 };
 
 /// Traces the paths of waves. Immutable and shared by all threads.

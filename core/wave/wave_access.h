@@ -151,6 +151,16 @@ std::uint64_t apply_filter_weights(WaveResults& results, std::size_t count, bool
   }
   return rejected;
 }
+/// Returns the times of the lanes of `on` with these slots.
+template <std::size_t N>
+Floats<N> times_of(const Wave& wave, const std::int32_t* slots, unsigned on) {
+  Floats<N> out(0);
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    out.v[k] = wave.results.time.at[slot_of(slots[k])];
+  }
+  return out;
+}
 inline unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
 /// Fills the packet of eight that starts at `first`.
 inline void fill(RayPacket& packet, const WaveVec3& origin, const WaveVec3& direction,

@@ -1,187 +1,11 @@
 #include "core/wave/wave_tracer.h"
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <type_traits>
-#include <utility>
-
-#include "core/integrators/path/light_candidates.h"
-#include "core/integrators/path/path_tracer.h"
-#include "core/math/frame.h"
-#include "core/math/offset_ray.h"
-#include "core/samplers/dimensions.h"
-#include "core/sampling/mis.h"
-#include "core/sampling/reservoir.h"
-#include "core/transport/roulette.h"
-#include "core/transport/visibility.h"
-#include "core/wave/lane_camera.h"
-#include "core/wave/lane_catcher.h"
-#include "core/wave/lane_environment.h"
-#include "core/wave/lane_holes.h"
-#include "core/wave/lane_lights.h"
-#include "core/wave/lane_sampler.h"
-#include "core/wave/lane_surfaces.h"
-#include "core/wave/scalar_paths.h"
-#include "core/wave/wave_access.h"
+#include "core/wave/lane_fog.h"
+#include "core/wave/lane_shadows.h"
+#include "core/wave/lane_tracer.h"
 
 namespace core {
 namespace {
-
-// The rule that the lanes use.
-static_assert(DefaultOptions::mis.type == MisType::kPower && DefaultOptions::mis.exponent == 2);
-
-/// Of WaveShadows' slots: the sample counts where the model blocks it.
-constexpr std::int32_t kIsBlocked = 1 << 30;
-
-/// PathTracer<Options>, step by step, for the paths of a wave. Options: DefaultOptions, or
-/// WholeOptions with the same estimators but for the number of light candidates.
-template <std::size_t N, typename Options>
-class LaneTracer final : public WaveTracer {
- public:
-  explicit LaneTracer(const IntegratorInput& input)
-      : scene_(input.scene),
-        environment_(input.environment),
-        backdrop_(input.settings.background, input.environment),
-        max_depth_(input.settings.max_depth),
-        split_count_(Options(input.settings).split_count),
-        share_(1 / static_cast<float>(split_count_)),
-        is_sobol_(input.settings.sampler == SamplerType::kSobol),
-        share_count_(kHasLedger ? input.settings.film.shares.size() : 0),
-        has_alpha_weights_(input.settings.film.errors_over_white),
-        scalar_(input),
-        ledger_(input),
-        catcher_(input),
-        scalar_paths_(scalar_, catcher_.scalar()),
-        lights_(scene_, scalar_.lights()),
-        sky_(input.environment, scalar_.lights().sky_density()),
-        surfaces_(scene_),
-        has_exceptions_(scene_.has_alpha || catcher_.scalar() != nullptr) {}
-
-  std::size_t samples_max() const noexcept override {
-    const std::size_t most = kWavePaths / static_cast<std::size_t>(split_count_) / 8 * 8;
-    // A chunk on the catcher is compacted in two parts. Of n paths that split, the first
-    // continuations take the places of the n themselves, so that there is room.
-    return catcher_.is_in_lanes() && split_count_ == 1 ? most - 8 : most;
-  }
-  void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
-  void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
-    for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
-      ScalarPaths<Options>::take_back(wave, depth);
-      find_hits(wave, depth, rays);
-      const std::size_t end = wave.paths.first + wave.paths.count;
-      wave.paths.count = 0;
-      for (std::size_t first = std::exchange(wave.paths.first, 0); first < end; first += N) {
-        const unsigned met = wave.hits.is_hit.at[first / 8] >> (first % 8) & ((1U << N) - 1);
-        if (met != 0) {
-          advance(wave, first, met, depth, rays);
-        }
-      }
-      find_lights(wave, depth, rays);
-    }
-    catcher_.end(wave);
-    rejected += apply_filter_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
-  }
-
- private:
-  /// The surface vertices of one chunk of lanes.
-  struct Vertex {
-    LaneHits<N> met;
-    Vec3s<N> wo_world;
-    Vec3s<N> beta;
-    FrameOf<Floats<N>> frame;
-    Mask<N> on;
-    Floats<N> cone_spread_rad;
-    Ints<N> is_sharp;
-  };
-  using Numbers = PathNumbers<N>;
-  /// Light samples without shadow, which add value * scale.
-  struct Unshadowed {
-    LightLanes<N> light;
-    Vec3s<N> value;
-    Floats<N> scale;
-    Mask<N> lit;
-  };
-  static constexpr bool kHasLedger = !std::is_same_v<typename Options::Ledger, NoLedger>;
-  static constexpr bool kIsDefault = std::is_same_v<Options, DefaultOptions>;
-
-  int candidates() const { return scalar_.options().candidates; }
-  /// Density of all light samples of a surface, for MIS.
-  template <typename F>
-  F of_all(F pdf) const {
-    if constexpr (kIsDefault) {
-      return pdf;
-    } else {
-      return pdf * F(static_cast<float>(candidates()));
-    }
-  }
-  Rgb* shares_of(Wave& wave, std::size_t slot) const {
-    return share_count_ > 0 ? &wave.shares[slot * share_count_] : nullptr;
-  }
-  /// As PathTracer::credit().
-  template <typename Group>
-  void credit(Wave& wave, std::size_t slot, Vec3 value, int scatterings, Group&& group) const {
-    add_radiance(wave.results, slot, value);
-    if constexpr (kHasLedger) {
-      ledger_.add(shares_of(wave, slot), {value.x, value.y, value.z}, scatterings, group);
-    }
-  }
-
-  void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
-  void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
-  Vec3s<N> found_environment(const WavePaths& paths, std::size_t first, unsigned left) const;
-  void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
-  template <typename Group>
-  void add_emission(Wave& wave, std::size_t i, const LaneHits<N>& met, std::size_t lane,
-                    Group&& group, int depth) const;
-  [[gnu::noinline]] void keep_away(Wave& wave, std::size_t first, unsigned met) const;
-  [[gnu::noinline]] void catch_light(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
-                                     const Numbers& numbers) const;
-  void leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
-                   std::uint64_t& rays) const;
-  void advance(Wave& wave, std::size_t first, unsigned met, int depth, std::uint64_t& rays) const;
-  template <bool kCatches = false>
-  [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
-                               const Numbers& numbers, int depth) const;
-  Unshadowed unshadowed(const Vertex& at, const BsdfLanes<N>& bsdf, Mask<N> asked, Floats<N> u_pick,
-                        Vec2s<N> u) const;
-  [[gnu::noinline]] Unshadowed resampled(const Wave& wave, const Vertex& at,
-                                         const BsdfLanes<N>& bsdf, Mask<N> asked,
-                                         const Numbers& numbers, int depth,
-                                         const Vec4s<N>& u) const;
-  template <bool kCatches>
-  void add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
-                         const Numbers& numbers, int depth, const Vec4s<N>& u) const;
-  [[gnu::noinline]] Vec3 transmittance(const Wave& wave, std::size_t i, int depth,
-                                       std::uint64_t& rays) const;
-  Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,
-                Drawn drawn = Drawn::kAll) const;
-  PathSampler sampler_of(const Wave& wave, std::int32_t slot) const {
-    const PathSampler& whole = wave.samplers[slot_of(slot)];
-    const int continuation = slot >> kContinuationShift;
-    return continuation == 0 ? whole : whole.branch(continuation - 1, split_count_);
-  }
-  /// Weight of contributions of a path at this depth.
-  float share(int depth) const { return depth == 0 ? 1.0F : share_; }
-
-  const SceneData& scene_;
-  const Environment* environment_;
-  Backdrop backdrop_;
-  int max_depth_;
-  int split_count_;  ///< continuations at the first surface
-  float share_;      ///< weight of each continuation
-  bool is_sobol_;
-  std::size_t share_count_;
-  bool has_alpha_weights_;
-  PathTracer<Options> scalar_;
-  [[no_unique_address]] typename Options::Ledger ledger_;
-  LaneCatcher<N, Options> catcher_;
-  ScalarPaths<Options> scalar_paths_;
-  LaneLights lights_;
-  LaneEnvironment sky_;
-  LaneSurfaces surfaces_;
-  bool has_exceptions_;  ///< hits may be holes, or on a catcher
-};
 
 /// Starts camera rays, in SIMD for pinhole cameras and the box filter.
 template <std::size_t N, typename Options>
@@ -189,9 +13,10 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
                                    std::span<const DueSample> due) const {
   WavePaths& paths = wave.paths;
   WaveResults& results = wave.results;
-  const LaneCamera camera(start.camera, start.filter);
+  const LaneCamera camera(start.camera, start.filter, start.moving);
   wave.samplers.assign(due.size(), start.sampler);
   wave.waiting.reserve(kWavePaths);
+  wave.wavelengths.clear();
   if constexpr (kHasLedger) {
     wave.shares.assign(due.size() * share_count_, {});
   }
@@ -211,7 +36,13 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     const auto some = due.subspan(first, std::min(N, due.size() - first));
     const Vec4s<N> u =
         draw(wave, Numbers::load(paths, to), (1U << some.size()) - 1, kCameraGroup, camera.drawn());
-    const CameraRayLanes<N> rays = camera.rays(some, u);
+    const auto on = (1U << some.size()) - 1;
+    Floats<N> time(0);
+    if (is_open_) {
+      time = draw(wave, Numbers::load(paths, to), on, kTimeGroup, Drawn::kPair).x;
+      store(results.time.at + first, time);
+    }
+    const CameraRayLanes<N> rays = camera.rays(some, u, time);
     store_rays(wave, to, first, rays);
     catcher_.keep_rays(wave, first, rays);
     store(paths.beta, to, Vec3s<N>(Vec3{1, 1, 1}));
@@ -219,9 +50,19 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     store(paths.last_origin, to, nothing);
     store(paths.last_normal, to, nothing);
     store(paths.is_sharp.at + to, Ints<N>(1));
+    if constexpr (Options::has_media) {
+      store(paths.medium_scatterings.at + to, Ints<N>(0));
+    }
     store(results.radiance, first, nothing);
     store(results.alpha.at + first, Floats<N>(1));
     store(results.hit.at + first, Ints<N>(0));
+    if constexpr (Options::is_spectral) {
+      const Floats<N> u_wavelength =
+          draw(wave, Numbers::load(paths, to), on, dimension_group(0, BounceGroup::kVolume)).z;
+      for (std::size_t k = 0; k < some.size(); ++k) {
+        wave.wavelengths.emplace_back(u_wavelength.v[k]);
+      }
+    }
   }
 }
 
@@ -230,7 +71,8 @@ template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const {
   WavePaths& paths = wave.paths;
   rays += paths.count;
-  const bool has_sky = environment_ != nullptr || (depth == 0 && !backdrop_.is_environment());
+  const bool has_sky =
+      !has_fog() && (environment_ != nullptr || (depth == 0 && !backdrop_.is_environment()));
   TracedPacket packet;
   std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
   const std::size_t end = paths.first + paths.count;
@@ -239,6 +81,9 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
     fill(packet.rays, paths.origin, paths.direction, first);
     if (depth == 0) {  // camera paths are in the order of their slots
       std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.rays.t_max);
+    }
+    if (moves_) {
+      store(packet.rays.time, times_of<8>(wave, paths.slot.at + first, active));
     }
     unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
     if (scene_.has_alpha) {
@@ -272,8 +117,9 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
 
 /// Environment that paths [first, first + N) of `left` have found, times their throughput.
 template <std::size_t N, typename Options>
-Vec3s<N> LaneTracer<N, Options>::found_environment(const WavePaths& paths, std::size_t first,
+Vec3s<N> LaneTracer<N, Options>::found_environment(const Wave& wave, std::size_t first,
                                                    unsigned left) const {
+  const WavePaths& paths = wave.paths;
   const MapPoints<N> at = sky_.points(load<N>(paths.direction, first));
   const Floats<N> pdf_bsdf = load<N>(paths.pdf_bsdf.at + first);
   const Mask<N> spread = Mask<N>::of(left) & (pdf_bsdf > Floats<N>(0));
@@ -292,7 +138,8 @@ Vec3s<N> LaneTracer<N, Options>::found_environment(const WavePaths& paths, std::
     radiance = select(
         spread, (sky_.radiance(at) + sun) * power_heuristic(pdf_bsdf, of_all(pdf_light)), radiance);
   }
-  return radiance * load<N>(paths.beta, first);
+  return Colors::of(wave, paths.slot.at + first, left).values(radiance) *
+         load<N>(paths.beta, first);
 }
 
 /// Ends paths [first, first + N) of `left`, which have left the scene.
@@ -304,14 +151,24 @@ void LaneTracer<N, Options>::add_environment(Wave& wave, std::size_t first, unsi
     for (; left != 0; left &= left - 1) {
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
       const std::optional<Rgb> seen = backdrop_.seen(paths.direction.get(i));
-      const Rgb value = seen.value_or(Rgb{});
+      Rgb value = seen.value_or(Rgb{});
       const std::size_t slot = slot_of(paths, i);
       wave.results.alpha.at[slot] = seen ? 1.0F : 0.0F;
+      if (has_fog() || Options::is_spectral) {
+        const Vec3 b = paths.beta.get(i);
+        Rgb passed = {b.x, b.y, b.z};
+        if constexpr (Options::is_spectral) {
+          value = wave.wavelengths[slot].values(value);
+          passed = wave.wavelengths[slot].color(passed);
+        }
+        value = value * Rgb{b.x, b.y, b.z};
+        wave.results.alpha.at[slot] = seen ? 1.0F : 1 - luminance(passed);
+      }
       credit(wave, slot, {value.r, value.g, value.b}, depth, [] { return kEnvironmentGroup; });
     }
     return;
   }
-  const Vec3s<N> radiance = found_environment(paths, first, left) * Floats<N>(share(depth));
+  const Vec3s<N> radiance = found_environment(wave, first, left) * Floats<N>(share(depth));
   for (; left != 0; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
     credit(wave, slot_of(paths, first + k), radiance.lane(k), depth,
@@ -328,7 +185,7 @@ void LaneTracer<N, Options>::keep_away(Wave& wave, std::size_t first, unsigned m
     if (some == 0) {
       continue;
     }
-    const Vec3s<N> radiance = found_environment(wave.paths, first + k, some);
+    const Vec3s<N> radiance = found_environment(wave, first + k, some);
     for (; some != 0; some &= some - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(some));
       wave.caught->kept_away.set(slot_of(wave.paths, first + k + lane), radiance.lane(lane));
@@ -366,8 +223,13 @@ void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const LaneH
         pdf_bsdf, of_all(scalar_.lights().pdf_triangle(light, last, paths.last_normal.get(i),
                                                        length(d), cos_light)));
   }
-  credit(wave, slot_of(paths, i),
-         paths.beta.get(i) * met.emitted.lane(lane) * (weight * share(depth)), depth, group);
+  Vec3 emitted = met.emitted.lane(lane);
+  if constexpr (Options::is_spectral) {
+    const Rgb e = wave.wavelengths[slot_of(paths, i)].values({emitted.x, emitted.y, emitted.z});
+    emitted = {e.r, e.g, e.b};
+  }
+  credit(wave, slot_of(paths, i), paths.beta.get(i) * emitted * (weight * share(depth)), depth,
+         group);
 }
 
 /// Hands a path to the scalar tracer, which continues it from its hit, or finds it anew if null.
@@ -376,10 +238,16 @@ void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit
                                          std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
-  TracedPath path =
-      scalar_paths_.handed_over(paths.get(i), sampler_of(wave, paths.slot.at[i]), rays);
+  TracedPath path = scalar_paths_.handed_over(paths.get<Options::has_media>(i),
+                                              sampler_of(wave, paths.slot.at[i]), rays);
   if (depth == 0) {
     path.ray.t_max = wave.results.t_max.at[slot];
+  }
+  if (is_open_) {
+    path.ray.time = wave.results.time.at[slot];
+  }
+  if constexpr (Options::is_spectral) {
+    path.wavelengths = &wave.wavelengths[slot];
   }
   path.depth = depth;
   path.met = met;
@@ -426,8 +294,8 @@ Vec4s<N> LaneTracer<N, Options>::draw(const Wave& wave, const Numbers& numbers, 
 
 /// Processes paths [first, first + N): their surfaces, emission, and continuation.
 template <std::size_t N, typename Options>
-void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met, int depth,
-                                     std::uint64_t& rays) const {
+void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met, unsigned active,
+                                     int depth, std::uint64_t& rays) const {
   WavePaths& paths = wave.paths;
   SegmentLanes<N> segments;
   segments.origin = load<N>(paths.origin, first);
@@ -435,6 +303,9 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   segments.cone_width_m = load<N>(paths.cone_width_m.at + first);
   segments.cone_spread_rad = load<N>(paths.cone_spread_rad.at + first);
   segments.is_sharp = load<N>(paths.is_sharp.at + first);
+  if (moves_) {
+    segments.time = times_of<N>(wave, paths.slot.at + first, met);
+  }
   RawHit hits[N];
   for (std::size_t k = 0; k < N; ++k) {
     hits[k] = {0, wave.hits.instance.at[first + k], wave.hits.geometry.at[first + k],
@@ -452,7 +323,27 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
   at.met.unsupported |= alone;
-  const unsigned on = met & ~at.met.unsupported;
+  unsigned on = met & ~at.met.unsupported;
+  if constexpr (Options::has_media) {
+    if (has_fog()) {
+      // Scattered paths take the places of those of the chunk, once these have been read.
+      const FogVertex scattered = pass_fog(wave, first, on, active & ~met, segments, at.met, depth);
+      reach_surfaces(wave, first, at, on, segments, hits, ground, behind, depth, rays);
+      if (scattered.on.any()) {
+        scatter_in_fog(wave, scattered, depth);
+      }
+      return;
+    }
+  }
+  reach_surfaces(wave, first, at, on, segments, hits, ground, behind, depth, rays);
+}
+
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::reach_surfaces(
+    Wave& wave, std::size_t first, Vertex& at, unsigned on, const SegmentLanes<N>& segments,
+    const RawHit (&hits)[N], unsigned ground, unsigned behind, int depth,
+    std::uint64_t& rays) const {
+  WavePaths& paths = wave.paths;
   at.on = Mask<N>::of(on);
   const unsigned lit = (at.on & is_not_black(at.met.emitted)).bits();
   // In the order of the paths: continuations of one sample add up alike in any chunks.
@@ -468,7 +359,8 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   if (on == 0) {
     return;
   }
-  if (depth >= max_depth_ && depth > 0) {
+  const unsigned goes_on = below_max_depth(paths, first, on, depth);
+  if (goes_on == 0 && depth > 0) {
     return;
   }
   const SurfaceLanes<N>& s = at.met.surface;
@@ -476,13 +368,31 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   at.beta = load<N>(paths.beta, first);
   at.cone_spread_rad = segments.cone_spread_rad;
   at.is_sharp = segments.is_sharp;
+  if constexpr (Options::has_media) {
+    at.medium_scatterings = load<N>(paths.medium_scatterings.at + first);
+  }
   at.frame = frame_from_normal(s.normal);
-  const BsdfLanes<N> bsdf(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
-                          at.met.layered == 0 ? nullptr : &at.met.layers);
+  const auto make_bsdf = [&at, &s ]() __attribute__((always_inline)) {
+    return BsdfLanes<N>(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
+                        at.met.layered == 0 ? nullptr : &at.met.layers);
+  };
+  [[maybe_unused]] Vec3s<N> albedo;
+  if constexpr (Options::is_spectral) {
+    if (depth == 0) {
+      albedo = make_bsdf().albedo();
+    }
+    at.colors = Colors::of(wave, paths.slot.at + first, on);
+    SurfaceLanes<N>& colored = at.met.surface;
+    colored.base_color = at.colors.values(colored.base_color);
+    colored.f0 = at.colors.values(colored.f0);
+    at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
+  }
+  const BsdfLanes<N> bsdf = make_bsdf();
   const Numbers numbers = Numbers::load(paths, first);
   if (depth == 0) {
-    keep_first_surface<N>(wave.results, slot_of(paths, first), at.on,
-                          {bsdf.albedo(), s.normal, at.met.distance_m});
+    keep_first_surface<N>(
+        wave.results, slot_of(paths, first), at.on,
+        {Options::is_spectral ? albedo : bsdf.albedo(), s.normal, at.met.distance_m});
     if (const unsigned caught = ground & on; caught != 0) {
       at.on = Mask<N>::of(caught);
       catch_light(wave, at, bsdf, numbers);
@@ -491,6 +401,8 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
     if (max_depth_ == 0 || !at.on.any()) {
       return;
     }
+  } else if constexpr (Options::has_media) {
+    at.on = Mask<N>::of(goes_on);
   }
   if (depth > 0 || split_count_ == 1) {
     extend(wave, at, bsdf, numbers, depth);
@@ -520,19 +432,16 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
   Vec3s<N> beta = at.beta * sample.weight;
   if constexpr (!kCatches) {
-    const Floats<N> survive = continuation_probability(
-        max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))), sample.pdf_solid_angle);
-    const Mask<N> faint = survive < Floats<N>(1);
-    alive = alive & ~(faint & (u_light.w >= survive));
-    beta = select(faint, beta * (Floats<N>(1) / survive), beta);
+    const auto [kept, survives] = after_roulette(beta, sample.pdf_solid_angle, u_light.w);
+    beta = kept;
+    alive = alive & survives;
   }
-  const unsigned taken = depth + 1 <= max_depth_ ? alive.bits() : 0;
+  const unsigned taken = alive.bits();
   if (taken == 0) {
     return;
   }
   const Mask<N> spreads = ~sample.is_delta;
   WavePaths& paths = wave.paths;
-  const std::size_t to = paths.count;
   const PathLanes<N> next = {
       .origin =
           offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
@@ -547,205 +456,17 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
       .is_sharp = select(spreads, Ints<N>(0), at.is_sharp),
       .base = numbers.base,
       .index_reversed = numbers.index_reversed,
-      .slot = numbers.slot};
-  for_each_member([&](auto member) __attribute__((always_inline)) {
-    compress(member(paths), to, member(next), taken);
-  });
-  paths.count += static_cast<std::size_t>(std::popcount(taken));
+      .slot = numbers.slot,
+      .medium_scatterings = at.medium_scatterings};
+  add_paths(paths, next, taken);
 }
 
-/// As PathTracer::unoccluded().
-template <std::size_t N, typename Options>
-[[gnu::always_inline]] inline auto LaneTracer<N, Options>::unshadowed(
-    const Vertex& at, const BsdfLanes<N>& bsdf, Mask<N> asked, Floats<N> u_pick, Vec2s<N> u) const
-    -> Unshadowed {
-  const SurfaceLanes<N>& s = at.met.surface;
-  Unshadowed out = {lights_.sample(asked, s.origin, s.horizon, u_pick, u), {}, {}, {}};
-  const LightLanes<N>& light = out.light;
-  out.lit = asked & (light.pdf_solid_angle > Floats<N>(0)) & is_not_black(light.radiance);
-  if (!out.lit.any()) {
-    return out;
-  }
-  const auto f = bsdf.evaluate(at.frame.to_local(light.wi_world));
-  out.lit = out.lit & is_not_black(f.value_cos);
-  const Floats<N> weight =
-      select(light.is_delta, Floats<N>(1),
-             power_heuristic(of_all(light.pdf_solid_angle), f.pdf_solid_angle));
-  out.value = at.beta * f.value_cos * light.radiance;
-  out.scale = weight / light.pdf_solid_angle;
-  return out;
-}
-
-/// As PathTracer::sample_light() with several candidates.
-template <std::size_t N, typename Options>
-auto LaneTracer<N, Options>::resampled(const Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
-                                       Mask<N> asked, const Numbers& numbers, int depth,
-                                       const Vec4s<N>& u) const -> Unshadowed {
-  const Vec4s<N> choice = draw(wave, numbers, asked.bits(), choice_group(depth), Drawn::kPair);
-  std::array<WeightedReservoir<int>, N> reservoirs = [&]<std::size_t... k>(
-      std::index_sequence<k...>) {
-    return std::array{WeightedReservoir<int>(static_cast<double>(choice.x.v[k]))...};
-  }
-  (std::make_index_sequence<N>());
-  const int count = candidates();
-  Unshadowed taken{};
-  taken.lit = Mask<N>::of(0);
-  for (int i = 0; i < count; ++i) {
-    const auto drawn = candidate(u, i, count);
-    const Unshadowed one = unshadowed(at, bsdf, asked, drawn.pick, drawn.place);
-    const Floats<N> size =
-        luminance(Vec3s<N>(abs(one.value.x), abs(one.value.y), abs(one.value.z))) * one.scale;
-    unsigned replaced = 0;
-    for (unsigned rest = one.lit.bits(); rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      reservoirs[k].add(i, static_cast<double>(size.v[k]));
-      replaced |= (!reservoirs[k].empty() && reservoirs[k].item() == i ? 1U : 0U) << k;
-    }
-    const Mask<N> on = Mask<N>::of(replaced);
-    taken.light.wi_world = select(on, one.light.wi_world, taken.light.wi_world);
-    taken.light.target = select(on, one.light.target, taken.light.target);
-    taken.light.is_far = (on & one.light.is_far) | (~on & taken.light.is_far);
-    taken.light.light = select(on, one.light.light, taken.light.light);
-    taken.value = select(on, one.value, taken.value);
-    taken.scale = select(on, one.scale, taken.scale);
-    taken.lit = taken.lit | on;
-  }
-  for (unsigned rest = taken.lit.bits(); rest != 0; rest &= rest - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    const WeightedReservoir<int>& from = reservoirs[k];
-    taken.scale.v[k] *=
-        static_cast<float>(from.sum() / (static_cast<double>(count) * from.weight()));
-  }
-  return taken;
-}
-
-/// Samples lights and computes their weights; the shadow rays are traced after all chunks are done.
-template <std::size_t N, typename Options>
-template <bool kCatches>
-void LaneTracer<N, Options>::add_light_samples(Wave& wave, const Vertex& at,
-                                               const BsdfLanes<N>& bsdf, const Numbers& numbers,
-                                               int depth, const Vec4s<N>& u) const {
-  const Mask<N> asked = at.on & bsdf.has_spread();
-  if (scalar_.lights().empty() || !asked.any()) {
-    return;
-  }
-  const Unshadowed sampled = kIsDefault || candidates() == 1
-                                 ? unshadowed(at, bsdf, asked, u.x, {u.y, u.z})
-                                 : resampled(wave, at, bsdf, asked, numbers, depth, u);
-  const unsigned taken = sampled.lit.bits();
-  if (taken == 0) {
-    return;
-  }
-  const SurfaceLanes<N>& s = at.met.surface;
-  const LightLanes<N>& light = sampled.light;
-  const Mask<N> above = dot(s.horizon, light.wi_world) >= Floats<N>(0);
-  const Vec3s<N> origin =
-      offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric), s.error_m);
-  Ints<N> slot = numbers.slot;
-  Floats<N> share(share_);
-  if constexpr (kCatches) {
-    const Mask<N> is_of_model =
-        light.light < Ints<N>(static_cast<std::int32_t>(scene_.triangle_lights.size()));
-    slot = select(is_of_model, slot, slot | Ints<N>(kIsBlocked));
-    share = select(is_of_model, share, Floats<N>(1));
-  }
-  WaveShadows& to = wave.shadows;
-  compress(to.origin, to.count, origin, taken);
-  compress(to.direction, to.count, select(light.is_far, light.wi_world, light.target - origin),
-           taken);
-  compress(to.t_max.at + to.count, select(light.is_far, Floats<N>(kFar), Floats<N>(1)), taken);
-  compress(to.value, to.count, sampled.value * (sampled.scale * share), taken);
-  compress(to.cone_width_m.at + to.count, at.met.cone_width_m, taken);
-  compress(to.is_sharp.at + to.count, at.is_sharp, taken);
-  compress(to.slot.at + to.count, slot, taken);
-  if constexpr (kHasLedger) {
-    compress(to.light.at + to.count, light.light, taken);
-  }
-  to.count += static_cast<std::size_t>(std::popcount(taken));
-}
-
-/// Traces the pending shadow rays; one by one where a surface may transmit light.
-template <std::size_t N, typename Options>
-void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& rays) const {
-  WaveShadows& shadows = wave.shadows;
-  const auto add = [&](std::size_t i, Vec3 value) {
-    credit(wave, slot_of(shadows.slot.at[i]), value, depth + 1,
-           [&] { return scene_.group_of_light(static_cast<std::uint32_t>(shadows.light.at[i])); });
-  };
-  const auto is_blocked = [&](std::size_t i) { return (shadows.slot.at[i] & kIsBlocked) != 0; };
-  const auto block = [&](std::size_t i, Vec3 value) {
-    const std::size_t slot = slot_of(shadows.slot.at[i]);
-    wave.caught->blocked.set(slot, wave.caught->blocked.get(slot) + value);
-  };
-  const bool has_blocked = catcher_.is_in_lanes() && depth == 0;
-  const bool all_block = !scene_.has_alpha && !scene_.has_clear && !scene_.has_shared_space;
-  const bool has_holes_only = !all_block && !scene_.has_clear && !scene_.has_volumes;
-  TracedPacket packet;
-  std::array<float, 8> passed{};
-  for (std::size_t first = 0; first < shadows.count; first += 8) {
-    const unsigned active = lanes_below(shadows.count - first);
-    fill(packet.rays, shadows.origin, shadows.direction, first);
-    std::copy_n(shadows.t_max.at + first, 8, packet.rays.t_max);
-    unsigned occluded = 0;
-    unsigned alone = 0;  // may be transmitted in part
-    if (all_block) {
-      occluded = active & scene_.accel->occluded8(packet.rays, active);
-    } else if (has_holes_only) {
-      passed = pass_light(scene_, surfaces_, packet, active, rays);
-      for (std::size_t k = 0; k < 8; ++k) {
-        occluded |= (passed[k] > 0 ? 0U : 1U) << k;
-      }
-    } else if (scene_.has_shared_space) {
-      alone = active;
-    } else {
-      packet.met = active & scene_.accel->intersect8(packet.rays, active, packet.hits);
-      for (unsigned rest = packet.met; rest != 0; rest &= rest - 1) {
-        const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-        occluded |= (surfaces_.blocks(packet.hit(k), packet.ray(k)) ? 1U : 0U) << k;
-      }
-      alone = packet.met & ~occluded;
-    }
-    rays += static_cast<std::uint64_t>(std::popcount(active & ~alone));
-    if (alone == 0 && !has_blocked && !has_holes_only) {
-      for (unsigned open = active & ~occluded; open != 0; open &= open - 1) {
-        const std::size_t k = first + static_cast<std::size_t>(std::countr_zero(open));
-        add(k, shadows.value.get(k));
-      }
-      continue;
-    }
-    // In the order of the paths: several may add to one sample.
-    for (unsigned rest = has_blocked ? active : active & ~occluded; rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      const std::size_t i = first + k;
-      const Vec3 value = shadows.value.get(i);
-      Vec3 open = (occluded >> k & 1U) != 0 ? Vec3{} : value;
-      if ((alone >> k & 1U) != 0) {
-        open = value * transmittance(wave, i, depth, rays);
-      } else if (has_holes_only) {
-        open = value * passed[k];
-      }
-      if (has_blocked && is_blocked(i)) {
-        block(i, value - open);
-      } else {
-        add(i, open);
-      }
-    }
-  }
-  shadows.count = 0;
-}
-
-/// Follows a shadow ray through surfaces that may transmit light.
-template <std::size_t N, typename Options>
-Vec3 LaneTracer<N, Options>::transmittance(const Wave& wave, std::size_t i, int depth,
-                                           std::uint64_t& rays) const {
-  const WaveShadows& shadows = wave.shadows;
-  PathState path{.sampler = sampler_of(wave, shadows.slot.at[i] & ~kIsBlocked), .rays = rays};
-  path.depth = depth;
-  path.cone_width_m = shadows.cone_width_m.at[i];
-  path.is_sharp = shadows.is_sharp.at[i] != 0;
-  const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};
-  const Rgb open = visibility(scene_, path, ray, path.media).transmittance;
-  return {open.r, open.g, open.b};
+/// Of even density, without light samples along segments; without splitting, paths of one sample
+/// add up in the order of chunks.
+bool is_fog_for_lanes(const IntegratorInput& input) {
+  const StudyOptions options(input.settings);
+  return input.settings.fog->height_falloff == 0 && !input.aims_in_media &&
+         options.split_count == 1 && options.candidates == 1;
 }
 
 #ifdef __AVX2__
@@ -771,9 +492,13 @@ bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
   if (input.settings.integrator != "path" || !has_default_estimators(input.settings) ||
-      input.settings.fog || !input.scene.accel->has_packets() ||
+      (input.settings.fog && !is_fog_for_lanes(input)) || !input.scene.accel->has_packets() ||
       (input.camera != nullptr && input.camera->is_in_solids())) {
     return nullptr;
+  }
+  if (input.settings.spectral) {
+    const bool is_for_lanes = !input.settings.fog && !has_catcher(input.settings);
+    return is_for_lanes ? make_tracer<SpectralOptions>(input, width) : nullptr;
   }
   return DefaultOptions::serves(input) ? make_tracer<DefaultOptions>(input, width)
                                        : make_tracer<WholeOptions>(input, width);

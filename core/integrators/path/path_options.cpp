@@ -27,12 +27,13 @@ bool has_default_estimators(const RenderSettings& settings) {
   const bool power_of_two = asked.mis.type == D::mis.type && asked.mis.exponent == D::mis.exponent;
   return asked.strategy == D::strategy && power_of_two && asked.roulette == D::roulette &&
          asked.control_variate == D::control_variate && asked.fit == D::fit &&
-         asked.expected_values == D::expected_values && !settings.spectral &&
+         asked.expected_values == D::expected_values &&
          settings.light_sampler != LightSamplerType::kRestir;
 }
 
 bool DefaultOptions::serves(const RenderSettings& settings) {
-  return has_default_estimators(settings) && StudyOptions(settings).candidates == candidates;
+  return has_default_estimators(settings) && !settings.spectral &&
+         StudyOptions(settings).candidates == candidates;
 }
 
 bool DefaultOptions::serves(const IntegratorInput& input) {

@@ -95,6 +95,21 @@ class PathTracer final : public Integrator {
   /// Returns the contribution of a light sample; traces its shadow ray.
   Rgb arriving(TracedPath& path, const PathVertex& vertex, PathLight& direct) const noexcept;
 
+  Surface surface(const TracedPath& path, const PathVertex& vertex) const noexcept {
+    if constexpr (Options::is_spectral) {
+      return colors(path).bsdf(path, vertex);
+    } else {
+      return make_bsdf(vertex.shading, vertex.wo_world);
+    }
+  }
+  auto colors(const TracedPath& path) const noexcept {
+    if constexpr (Options::is_spectral) {
+      return SpectralColors(*path.wavelengths);
+    } else {
+      return RgbColors{};
+    }
+  }
+
   const SceneData& scene() const noexcept { return scene_; }
   const MisLightSampler& lights() const noexcept { return lights_; }
   const Options& options() const noexcept { return options_; }
@@ -134,20 +149,6 @@ class PathTracer final : public Integrator {
   }
   MisRule rule(bool fitted) const noexcept {
     return fitted ? MisRule{MisType::kOptimal, 1} : options_.mis;
-  }
-  auto colors(const TracedPath& path) const noexcept {
-    if constexpr (Options::is_spectral) {
-      return SpectralColors(*path.wavelengths);
-    } else {
-      return RgbColors{};
-    }
-  }
-  Surface surface(const TracedPath& path, const PathVertex& vertex) const noexcept {
-    if constexpr (Options::is_spectral) {
-      return colors(path).bsdf(path, vertex);
-    } else {
-      return make_bsdf(vertex.shading, vertex.wo_world);
-    }
   }
   /// Adds light to the image and its shares. scatterings: on the whole path; group(): group of the
   /// light.

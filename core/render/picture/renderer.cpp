@@ -53,7 +53,7 @@ Planned planned_integrator(const View& view, const Camera& camera) {
   const IntegratorInput input = {view.scene->data(), view.environment.get(), settings, &camera,
                                  view.measured->aims_in_media};
   planned.integrator = make_integrator(input);
-  if (view.wave_width > 0 && !(settings.shutter_seconds > 0)) {
+  if (view.wave_width > 0) {
     planned.waves = make_wave_tracer(input, view.wave_width);
   }
   return planned;
@@ -177,7 +177,7 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
                                    const std::stop_token& stop) const {
   const RenderSettings& settings = view_.settings;
   const WaveStart start = {
-      camera_, filter_,
+      camera_, moving_camera_.is_at_rest() ? nullptr : &moving_camera_, filter_,
       PathSampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate)};
   const std::size_t shares = settings.film.shares.size();
   state.shares.resize(state.pixels.size() * shares);

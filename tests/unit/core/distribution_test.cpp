@@ -123,7 +123,8 @@ TEST(WarpChi2, SamplesFollowTheirDensities) {
   EXPECT_GT(chi2_warp(core::uniform_hemisphere<core::Vec2>,
                       [](Vec3 w) { return w.z > 0 ? 0.5F * core::kInvPi : 0.0F; }),
             kLevel);
-  EXPECT_GT(chi2_warp(core::uniform_sphere, [](Vec3) { return 0.25F * core::kInvPi; }), kLevel);
+  EXPECT_GT(chi2_warp(core::uniform_sphere<Vec2>, [](Vec3) { return 0.25F * core::kInvPi; }),
+            kLevel);
 }
 
 TEST(WarpChi2, DetectsADensityTwoPercentTooLarge) {

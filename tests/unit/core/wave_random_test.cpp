@@ -69,7 +69,11 @@ enum class Fault {
   kOneBounceLess,
   kDimLights,
   kOtherShadows,
-  kOneCandidateMore
+  kOneCandidateMore,
+  kOtherMotion,
+  kThickerFog,
+  kOtherPhase,
+  kNoSpectrum
 };
 
 struct Kind {
@@ -278,13 +282,42 @@ core::Transform placed(Draw& draw) {
   return out;
 }
 
-/// Balls on a floor, unless it is a catcher, before a wall, the right ones behind a pane.
-void add_shapes(core::SceneDescription& scene, Draw& draw, Fault fault, bool has_floor) {
+/// Lets a shape move and turn while the shutter is open.
+void move(core::PrimitiveDescription& shape, const core::Transform& to_world, Draw& draw,
+          Fault fault) {
+  const Vec3 way = Vec3{draw.between(-0.3F, 0.3F), draw.between(0, 0.2F), 0} *
+                   (fault == Fault::kOtherMotion ? 1.2F : 1.0F);
+  const int steps = draw.one_of(std::array{1, 3});
+  for (int step = 1; step <= steps; ++step) {
+    const float part = static_cast<float>(step * step) / static_cast<float>(steps * steps);
+    const float c = std::cos(part);
+    const float s = std::sin(part);
+    const auto turned = [&](Vec3 v) { return Vec3{c * v.x + s * v.z, v.y, c * v.z - s * v.x}; };
+    core::MovedVertices& then = shape.later.emplace_back();
+    for (std::size_t i = 0; i < shape.positions.size(); ++i) {
+      then.positions.push_back(turned(to_world.point(shape.positions[i]) - to_world.t) +
+                               to_world.t + way * part);
+    }
+    for (const Vec3 n : shape.normals) {
+      then.normals.push_back(turned(core::normalize_or(to_world.normal(n), {0, 0, 1})));
+    }
+  }
+  draw.say("moving");
+}
+
+/// Balls on a floor, unless it is a catcher, before a wall, the right ones behind a pane. Some of
+/// them move if the shutter is open.
+void add_shapes(core::SceneDescription& scene, Draw& draw, Fault fault, bool has_floor,
+                Draw* motion) {
   const auto add = [&](core::PrimitiveDescription shape, bool is_closed,
                        const core::Transform& to_world) {
     shape.material = add_material(scene, draw, is_closed, fault);
+    core::PrimitiveDescription whole = finished(std::move(shape), draw);
+    if (motion != nullptr && motion->often(0.5F)) {
+      move(whole, to_world, *motion, fault);
+    }
     scene.meshes.emplace_back();
-    scene.meshes.back().primitives = {finished(std::move(shape), draw)};
+    scene.meshes.back().primitives = {std::move(whole)};
     scene.instances.push_back({static_cast<int>(scene.meshes.size()) - 1, to_world});
   };
   if (has_floor) {
@@ -448,6 +481,26 @@ void set_options(core::RenderSettings& s, Draw& draw, Fault fault) {
   }
 }
 
+/// Fog, or wavelengths in place of colours.
+void set_spectrum_or_fog(core::RenderSettings& s, Draw& draw, Fault fault) {
+  if (s.ground.type != core::GroundType::kNone) {
+    return;
+  }
+  if (draw.often(0.3F) && s.estimator.splitting == core::SplittingType::kNone &&
+      s.light_sampler != core::LightSamplerType::kRis) {
+    core::FogSettings& fog = s.fog.emplace();
+    fog.scattering = draw.color() * draw.between(0, 0.6F);
+    fog.absorption = draw.often(0.5F) ? Rgb{} : draw.color() * 0.2F;
+    fog.g = draw.often(0.3F) ? 0 : draw.between(-0.8F, 0.8F);
+    draw.say("fog");
+    fog.scattering = fog.scattering * (fault == Fault::kThickerFog ? 1.1F : 1.0F);
+    fog.g += fault == Fault::kOtherPhase ? 0.1F : 0.0F;
+  } else if (draw.often(0.2F)) {
+    s.spectral = fault != Fault::kNoSpectrum;
+    draw.say("spectral");
+  }
+}
+
 /// A catcher in place of the floor, most of the time without options that its lanes do not have.
 core::GroundSettings ground(Draw& draw, Fault fault) {
   core::GroundSettings out = {core::GroundType::kCatcher, 0.0F, draw.color(), 0, {}};
@@ -473,7 +526,9 @@ Setting setting(std::uint64_t seed, Fault fault = Fault::kNone) {
   core::SceneDescription scene;
   const bool is_caught = draw.often(0.3F);
   const core::GroundSettings below = is_caught ? ground(draw, fault) : core::GroundSettings{};
-  add_shapes(scene, draw, fault, !is_caught);
+  Draw more(~seed);  // leaves the other draws as they are
+  const bool is_open = more.often(0.25F);
+  add_shapes(scene, draw, fault, !is_caught, is_open ? &more : nullptr);
   add_lights(scene, draw, fault);
   auto environment = sky(draw, fault);
   core::add_ground(scene, below);
@@ -481,10 +536,13 @@ Setting setting(std::uint64_t seed, Fault fault = Fault::kNone) {
   view.environment = std::move(environment);
   set_camera(view, draw);
   view.settings.ground = below;
+  view.settings.shutter_seconds = is_open ? 1 : 0;
   set_options(view.settings, draw, fault);
+  set_spectrum_or_fog(view.settings, more, fault);
   view.settings.film.errors_over_white =
       core::has_catcher(view.settings) && core::is_transparent(view.settings);
   view.settings.seed = seed;
+  draw.say(more.words());
   return {draw.words(), std::move(view)};
 }
 
@@ -577,7 +635,11 @@ TEST(WaveProduct, SeesPlantedFaults) {
         Planted{"one bounce less", Fault::kOneBounceLess, 3},
         Planted{"dim lights", Fault::kDimLights, 4},
         Planted{"other shadows", Fault::kOtherShadows, 1},
-        Planted{"one candidate more", Fault::kOneCandidateMore, 1}}) {
+        Planted{"one candidate more", Fault::kOneCandidateMore, 1},
+        Planted{"other motion", Fault::kOtherMotion, 2},
+        Planted{"thicker fog", Fault::kThickerFog, 2},
+        Planted{"other phase", Fault::kOtherPhase, 2},
+        Planted{"no spectrum", Fault::kNoSpectrum, 2}}) {
     int seen = 0;
     for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
       const core::View faulty = setting(seed, fault).view;

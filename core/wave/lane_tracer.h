@@ -1,0 +1,266 @@
+/// LaneTracer: the tracer of waves. Only wave_tracer.cpp includes it and the headers of its steps,
+/// lane_fog.h and lane_shadows.h, so that all of it is compiled as one.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "core/integrators/path/light_candidates.h"
+#include "core/integrators/path/path_tracer.h"
+#include "core/math/frame.h"
+#include "core/math/offset_ray.h"
+#include "core/samplers/dimensions.h"
+#include "core/sampling/mis.h"
+#include "core/sampling/reservoir.h"
+#include "core/transport/medium_sample.h"
+#include "core/transport/roulette.h"
+#include "core/transport/visibility.h"
+#include "core/wave/lane_camera.h"
+#include "core/wave/lane_catcher.h"
+#include "core/wave/lane_environment.h"
+#include "core/wave/lane_holes.h"
+#include "core/wave/lane_lights.h"
+#include "core/wave/lane_sampler.h"
+#include "core/wave/lane_spectrum.h"
+#include "core/wave/lane_surfaces.h"
+#include "core/wave/scalar_paths.h"
+#include "core/wave/wave_access.h"
+#include "core/wave/wave_tracer.h"
+
+namespace core {
+namespace {
+
+// The rule that the lanes use.
+static_assert(DefaultOptions::mis.type == MisType::kPower && DefaultOptions::mis.exponent == 2);
+
+/// Of WaveShadows' slots: the sample counts where the model blocks it.
+constexpr std::int32_t kIsBlocked = 1 << 30;
+
+/// PathTracer<Options>, step by step, for the paths of a wave. Options: DefaultOptions, or
+/// WholeOptions with the same estimators but for the number of light candidates.
+template <std::size_t N, typename Options>
+class LaneTracer final : public WaveTracer {
+ public:
+  explicit LaneTracer(const IntegratorInput& input)
+      : scene_(input.scene),
+        environment_(input.environment),
+        backdrop_(input.settings.background, input.environment),
+        max_depth_(input.settings.max_depth),
+        split_count_(Options(input.settings).split_count),
+        share_(1 / static_cast<float>(split_count_)),
+        is_sobol_(input.settings.sampler == SamplerType::kSobol),
+        share_count_(kHasLedger ? input.settings.film.shares.size() : 0),
+        has_alpha_weights_(input.settings.film.errors_over_white),
+        scalar_(input),
+        ledger_(input),
+        catcher_(input),
+        scalar_paths_(scalar_, catcher_.scalar()),
+        fog_(scalar_.fog()),
+        lights_(scene_, scalar_.lights()),
+        sky_(input.environment, scalar_.lights().sky_density()),
+        surfaces_(scene_),
+        is_open_(input.settings.shutter_seconds > 0),
+        moves_(is_open_ && std::any_of(scene_.meshes.begin(), scene_.meshes.end(),
+                                       [](const MeshData& mesh) { return !mesh.later.empty(); })),
+        has_exceptions_(scene_.has_alpha || catcher_.scalar() != nullptr) {}
+
+  std::size_t samples_max() const noexcept override {
+    const std::size_t most = kWavePaths / static_cast<std::size_t>(split_count_) / 8 * 8;
+    // A chunk on the catcher is compacted in two parts. Of n paths that split, the first
+    // continuations take the places of the n themselves, so that there is room.
+    return catcher_.is_in_lanes() && split_count_ == 1 ? most - 8 : most;
+  }
+  void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
+  void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
+    for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
+      ScalarPaths<Options>::take_back(wave, depth);
+      find_hits(wave, depth, rays);
+      const std::size_t end = wave.paths.first + wave.paths.count;
+      wave.paths.count = 0;
+      for (std::size_t first = std::exchange(wave.paths.first, 0); first < end; first += N) {
+        const unsigned met = wave.hits.is_hit.at[first / 8] >> (first % 8) & ((1U << N) - 1);
+        if (has_fog()) {
+          advance(wave, first, met, lanes_below(end - first) & ((1U << N) - 1), depth, rays);
+        } else if (met != 0) {
+          advance(wave, first, met, met, depth, rays);
+        }
+      }
+      find_lights(wave, depth, rays);
+    }
+    catcher_.end(wave);
+    rejected += apply_filter_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
+  }
+
+ private:
+  using Colors = std::conditional_t<Options::is_spectral, SpectrumLanes<N>, RgbLanes<N>>;
+  /// The surface vertices of one chunk of lanes.
+  struct Vertex {
+    LaneHits<N> met;
+    Vec3s<N> wo_world;
+    Vec3s<N> beta;
+    FrameOf<Floats<N>> frame;
+    Mask<N> on;
+    Floats<N> cone_spread_rad;
+    Ints<N> is_sharp;
+    Ints<N> medium_scatterings;
+    Colors colors;
+  };
+  using Numbers = PathNumbers<N>;
+  /// Light samples without shadow, which add value * scale.
+  struct Unshadowed {
+    LightLanes<N> light;
+    Vec3s<N> value;
+    Floats<N> scale;
+    Mask<N> lit;
+  };
+  static constexpr bool kHasLedger = !std::is_same_v<typename Options::Ledger, NoLedger>;
+  static constexpr bool kIsDefault = std::is_same_v<Options, DefaultOptions>;
+
+  int candidates() const { return scalar_.options().candidates; }
+  /// Density of all light samples of a surface, for MIS.
+  template <typename F>
+  F of_all(F pdf) const {
+    if constexpr (kIsDefault) {
+      return pdf;
+    } else {
+      return pdf * F(static_cast<float>(candidates()));
+    }
+  }
+  Rgb* shares_of(Wave& wave, std::size_t slot) const {
+    return share_count_ > 0 ? &wave.shares[slot * share_count_] : nullptr;
+  }
+  /// As PathTracer::credit().
+  template <typename Group>
+  void credit(Wave& wave, std::size_t slot, Vec3 value, int scatterings, Group&& group) const {
+    if constexpr (Options::is_spectral) {
+      const Rgb color = wave.wavelengths[slot].color({value.x, value.y, value.z});
+      value = {color.r, color.g, color.b};
+    }
+    add_radiance(wave.results, slot, value);
+    if constexpr (kHasLedger) {
+      ledger_.add(shares_of(wave, slot), {value.x, value.y, value.z}, scatterings, group);
+    }
+  }
+
+  void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
+  void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
+  Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
+  void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
+  /// Russian roulette: the throughput of paths that survive, and which do.
+  struct Roulette {
+    Vec3s<N> beta;
+    Mask<N> survives;
+  };
+  [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u) {
+    const Floats<N> survive = continuation_probability(
+        max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))), pdf);
+    const Mask<N> faint = survive < Floats<N>(1);
+    return {select(faint, beta * (Floats<N>(1) / survive), beta), ~(faint & (u >= survive))};
+  }
+  [[gnu::always_inline]] static void add_paths(WavePaths& paths, const PathLanes<N>& next,
+                                               unsigned taken) {
+    const std::size_t to = paths.count;
+    for_each_member<Options::has_media>([&](auto member) __attribute__((always_inline)) {
+      compress(member(paths), to, member(next), taken);
+    });
+    paths.count += static_cast<std::size_t>(std::popcount(taken));
+  }
+  /// Light samples from `origin`, for WaveShadows.
+  struct Shadows {
+    Vec3s<N> origin;
+    const LightLanes<N>& light;
+    Vec3s<N> value;
+    Floats<N> cone_width_m;
+    Ints<N> is_sharp;
+    Ints<N> slot;
+  };
+  [[gnu::always_inline]] static void add_shadows(Wave& wave, const Shadows& of, unsigned taken);
+  template <typename Group>
+  void add_emission(Wave& wave, std::size_t i, const LaneHits<N>& met, std::size_t lane,
+                    Group&& group, int depth) const;
+  [[gnu::noinline]] void keep_away(Wave& wave, std::size_t first, unsigned met) const;
+  [[gnu::noinline]] void catch_light(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                                     const Numbers& numbers) const;
+  void leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
+                   std::uint64_t& rays) const;
+  void advance(Wave& wave, std::size_t first, unsigned met, unsigned active, int depth,
+               std::uint64_t& rays) const;
+  struct FogVertex;
+  [[gnu::noinline]] FogVertex pass_fog(Wave& wave, std::size_t first, unsigned& met, unsigned left,
+                                       const SegmentLanes<N>& segments, const LaneHits<N>& hits,
+                                       int depth) const;
+  [[gnu::noinline]] void thin_in_fog(WaveShadows& shadows, std::size_t first, unsigned on) const;
+  void scatter_in_fog(Wave& wave, const FogVertex& at, int depth) const;
+  /// The rest of advance() at surfaces; those of `behind` are hidden by holes.
+  [[gnu::always_inline]] void reach_surfaces(Wave& wave, std::size_t first, Vertex& at, unsigned on,
+                                             const SegmentLanes<N>& segments,
+                                             const RawHit (&hits)[N], unsigned ground,
+                                             unsigned behind, int depth, std::uint64_t& rays) const;
+  bool has_fog() const {
+    if constexpr (Options::has_media) {
+      return fog_ != nullptr;
+    }
+    return false;
+  }
+  /// The lanes of `on` that may scatter at surfaces.
+  unsigned below_max_depth(const WavePaths& paths, std::size_t first, unsigned on,
+                           int depth) const {
+    if constexpr (Options::has_media) {
+      return on &
+             (Ints<N>(depth) - load<N>(paths.medium_scatterings.at + first) < Ints<N>(max_depth_))
+                 .bits();
+    }
+    return depth < max_depth_ ? on : 0;
+  }
+  template <bool kCatches = false>
+  [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                               const Numbers& numbers, int depth) const;
+  Unshadowed unshadowed(const Vertex& at, const BsdfLanes<N>& bsdf, Mask<N> asked, Floats<N> u_pick,
+                        Vec2s<N> u) const;
+  [[gnu::noinline]] Unshadowed resampled(const Wave& wave, const Vertex& at,
+                                         const BsdfLanes<N>& bsdf, Mask<N> asked,
+                                         const Numbers& numbers, int depth,
+                                         const Vec4s<N>& u) const;
+  template <bool kCatches>
+  void add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
+                         const Numbers& numbers, int depth, const Vec4s<N>& u) const;
+  [[gnu::noinline]] Vec3 transmittance(const Wave& wave, std::size_t i, int depth,
+                                       std::uint64_t& rays) const;
+  Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,
+                Drawn drawn = Drawn::kAll) const;
+  PathSampler sampler_of(const Wave& wave, std::int32_t slot) const {
+    const PathSampler& whole = wave.samplers[slot_of(slot)];
+    const int continuation = slot >> kContinuationShift;
+    return continuation == 0 ? whole : whole.branch(continuation - 1, split_count_);
+  }
+  /// Weight of contributions of a path at this depth.
+  float share(int depth) const { return depth == 0 ? 1.0F : share_; }
+
+  const SceneData& scene_;
+  const Environment* environment_;
+  Backdrop backdrop_;
+  int max_depth_;
+  int split_count_;  ///< continuations at the first surface
+  float share_;      ///< weight of each continuation
+  bool is_sobol_;
+  std::size_t share_count_;
+  bool has_alpha_weights_;
+  PathTracer<Options> scalar_;
+  [[no_unique_address]] typename Options::Ledger ledger_;
+  LaneCatcher<N, Options> catcher_;
+  ScalarPaths<Options> scalar_paths_;
+  const Fog* fog_;  ///< null if there is none
+  LaneLights lights_;
+  LaneEnvironment sky_;
+  LaneSurfaces surfaces_;
+  bool is_open_;         ///< the shutter: paths have times
+  bool moves_;           ///< surfaces move
+  bool has_exceptions_;  ///< hits may be holes, or on a catcher
+};
+
+}  // namespace
+}  // namespace core

@@ -267,7 +267,9 @@ bool Accel::occluded(const Ray& ray) const noexcept {
 
 unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept {
   if (!impl_->few.empty()) {
-    return impl_->few.intersect8(rays, active, hits);
+    if (const auto met = impl_->few.intersect8(rays, active, hits)) {
+      return *met;
+    }
   }
   unsigned met = 0;
   if (impl_->has_instances) {
@@ -302,7 +304,9 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
 
 unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept {
   if (!impl_->few.empty()) {
-    return impl_->few.occluded8(rays, active);
+    if (const auto blocked = impl_->few.occluded8(rays, active)) {
+      return *blocked;
+    }
   }
   unsigned met = 0;
   if (impl_->has_instances) {

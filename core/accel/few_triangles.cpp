@@ -16,6 +16,10 @@ using Lanes = Floats<8>;
 /// roundings.
 constexpr float kSlack = 0x1p-20F;
 
+/// The slack makes no shape larger than by this fraction of its height on each side: a ray that
+/// starts farther off is left to the tree, which has no slack.
+constexpr float kGrowthMost = 0x1p-13F;
+
 Lanes inner(const Vec3s<8>& a, Vec3 b) {
   return fused(a.x, Lanes(b.x), fused(a.y, Lanes(b.y), a.z * Lanes(b.z)));
 }
@@ -40,12 +44,14 @@ struct FewTriangles::Corners {
 struct FewTriangles::Rays {
   Vec3s<8> origin;
   Vec3s<8> direction;
-  Lanes scale;  ///< of coordinates, times the length of the direction
+  Lanes reach;  ///< of coordinates, metres
+  Lanes scale;  ///< the same times the length of the direction
 
   Rays(const RayPacket& rays, Vec3 center, float radius_m)
       : origin(load<8>(rays.origin_x), load<8>(rays.origin_y), load<8>(rays.origin_z)),
         direction(load<8>(rays.direction_x), load<8>(rays.direction_y), load<8>(rays.direction_z)),
-        scale((length(origin - Vec3s<8>(center)) + Lanes(radius_m)) * length(direction)) {}
+        reach(length(origin - Vec3s<8>(center)) + Lanes(radius_m)),
+        scale(reach * length(direction)) {}
 };
 
 FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
@@ -80,6 +86,14 @@ FewTriangles::FewTriangles(std::span<const AccelGeometry> top_level) {
   for (const Corners& alone : triangles) {
     shapes_.push_back(shape_of(alone.at));
     names_.push_back({alone.name, alone.name});
+  }
+  for (const Shape& shape : shapes_) {
+    const float slack = std::max({shape.slack[0], shape.slack[1], shape.slack[2]});
+    const float growth = slack / length(shape.normal);  // a metre of reach, in heights
+    reach_most_m_ = growth > 0 ? std::min(reach_most_m_, kGrowthMost / growth) : reach_most_m_;
+  }
+  if (reach_most_m_ < 2 * radius_m_) {  // rays between its own surfaces
+    shapes_.clear();
   }
 }
 
@@ -167,9 +181,12 @@ inline FewTriangles::Crossing FewTriangles::cross(const Shape& shape, const Rays
   }
 }
 
-unsigned FewTriangles::intersect8(const RayPacket& packet, unsigned active,
-                                  HitPacket& hits) const noexcept {
+std::optional<unsigned> FewTriangles::intersect8(const RayPacket& packet, unsigned active,
+                                                 HitPacket& hits) const noexcept {
   const Rays rays(packet, center_, radius_m_);
+  if ((active & (rays.reach > Lanes(reach_most_m_)).bits()) != 0) {
+    return {};
+  }
   Lanes nearest = load<8>(packet.t_max);
   Lanes sum(0);
   Ints<8> shape(-1);
@@ -197,8 +214,12 @@ unsigned FewTriangles::intersect8(const RayPacket& packet, unsigned active,
   return met;
 }
 
-unsigned FewTriangles::occluded8(const RayPacket& packet, unsigned active) const noexcept {
+std::optional<unsigned> FewTriangles::occluded8(const RayPacket& packet,
+                                                unsigned active) const noexcept {
   const Rays rays(packet, center_, radius_m_);
+  if ((active & (rays.reach > Lanes(reach_most_m_)).bits()) != 0) {
+    return {};
+  }
   const Lanes end = load<8>(packet.t_max);
   unsigned open = active;
   const auto take = [&](const Crossing& at) {

@@ -9,6 +9,8 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,13 +24,16 @@ class FewTriangles {
   /// 480, while Embree's packets take 910 in a box of 36 triangles (callgrind, cornell-box).
   static constexpr std::size_t kMost = 64;
 
-  /// Stores the triangles of the top level, or none if there are more than kMost.
+  /// Stores the triangles of the top level, or none if there are more than kMost or one is a
+  /// sliver.
   explicit FewTriangles(std::span<const AccelGeometry> top_level);
 
   bool empty() const noexcept { return shapes_.empty(); }
-  /// As Accel::intersect8() and occluded8(). A ray that is not finite hits nothing.
-  unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
-  unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
+  /// As Accel::intersect8() and occluded8(); empty if a ray starts too far away. A ray that is not
+  /// finite hits nothing.
+  std::optional<unsigned> intersect8(const RayPacket& rays, unsigned active,
+                                     HitPacket& hits) const noexcept;
+  std::optional<unsigned> occluded8(const RayPacket& rays, unsigned active) const noexcept;
 
  private:
   /// A triangle, or the parallelogram of which it is one half.
@@ -51,6 +56,7 @@ class FewTriangles {
   static Crossing cross(const Shape& shape, const Rays& rays) noexcept;
 
   float radius_m_ = 0;
+  float reach_most_m_ = std::numeric_limits<float>::infinity();
   Vec3 center_;
   std::vector<Shape> shapes_;  ///< parallelograms first
   std::size_t parallelograms_ = 0;

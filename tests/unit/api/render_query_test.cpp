@@ -1,8 +1,8 @@
 #include "api/queries/render_query.h"
 
 #include <algorithm>
-#include <cmath>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>

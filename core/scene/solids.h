@@ -1,6 +1,7 @@
 /// Finds the solids of a scene, and the solids around a point.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -14,6 +15,12 @@ namespace core {
 constexpr bool overlap(const Bounds& a, const Bounds& b) noexcept {
   return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
          a.min.z <= b.max.z && b.min.z <= a.max.z;
+}
+
+/// Returns the distance of `other` from the plane of `point`. Two faces coincide if it is not more
+/// than the sum of their errors.
+inline float apart_m(const SurfacePoint& point, const SurfacePoint& other) noexcept {
+  return std::fabs(dot(other.position - point.position, point.normal_geometric));
 }
 
 /// What the meshes of a scene come from.
@@ -33,7 +40,7 @@ void find_solids(SceneData& scene, const PlacedFrom& from);
 
 /// Returns the solids around a point. Source: crossings of rays from there with closed surfaces,
 /// the median of several directions, so that a ray along an edge does not count; an open surface
-/// contains the points from which most rays that leave would meet its back first.
+/// contains the points from which most rays that opaque surfaces do not stop meet its back first.
 MediumStack solids_around(const SceneData& scene, Vec3 point, float time = 0) noexcept;
 
 }  // namespace core

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/math/offset_ray.h"
+#include "core/scene/solids.h"
 
 namespace core {
 namespace {
@@ -25,11 +25,11 @@ class CoincidentFaces {
       return;
     }
     const SurfacePoint there = scene_.surface_point(at, probe_);
-    const float apart_m = std::fabs(dot(there.position - point_.position, point_.normal_geometric));
-    if (apart_m > point_.error_m + there.error_m) {
+    const float away_m = apart_m(point_, there);
+    if (away_m > point_.error_m + there.error_m) {
       return;
     }
-    const float over_m = apart_m + there.error_m;
+    const float over_m = away_m + there.error_m;
     if (const Solid* solid = scene_.solid_of(at); solid != nullptr) {
       solid_hit_ = at;
       error_m_ = std::max(error_m_, over_m);

@@ -101,6 +101,18 @@ TEST(StartStates, ACameraInASolidSeesThroughIt) {
   }
 }
 
+TEST(StartStates, ACameraDeepUnderAnOpenSurfaceBetweenWallsSeesThroughTheSolid) {
+  PrimitiveDescription walls = box({-0.5F, -0.5F, -2.1F}, {0.5F, 0.5F, 1.5F}, 1, true);
+  walls.indices.erase(walls.indices.begin() + 18, walls.indices.begin() + 24);  // at +z
+  core::View view =
+      view_of_wall({solid(1, 0.6F), test_support::lambert(Rgb(0))},
+                   {walls, test_support::quad({-0.5F, -0.5F, 1.3F}, {1, 0, 0}, {0, 1, 0}, 0)}, -2);
+  each_integrator([&](const core::IntegratorEntry& row) {
+    view.settings.integrator = std::string(row.name);
+    expect_only(test_support::render(view, 64), std::exp(-1.2), 1, "under water");
+  });
+}
+
 TEST(StartStates, EveryKindOfCameraStartsInTheSolidsAroundIt) {
   core::View view = view_of_wall({solid(1, 0.6F)}, {box({-3, -3, -3}, {3, 3, 3}, 0)}, -2);
   const double truth = std::exp(-1.2);

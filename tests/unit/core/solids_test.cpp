@@ -133,6 +133,38 @@ TEST(Solids, AnOpenSurfaceContainsWhatSeesItsBackFirst) {
   EXPECT_TRUE(core::solids_around(data, {0, -3, 0}).empty()) << "below the floor";
 }
 
+// Water as one quad between walls; from the deepest point it fills 1.6 % of the sphere.
+TEST(Solids, AnOpenSurfaceContainsWhatOpaqueWallsShutInBelowIt) {
+  const auto wall = [](Vec3 at, Vec3 u, Vec3 v) { return test_support::quad(at, u, v, 1); };
+  const Vec3 x = {1, 0, 0};
+  const Vec3 y = {0, 9, 0};
+  const Vec3 z = {0, 0, 1};
+  const auto scene = test_support::build(test_support::scene_of(
+      {glass(), test_support::lambert(Rgb(1))},
+      {test_support::quad({-0.5F, -0.2F, 0.5F}, x, -z, 0), wall({-0.5F, -9, -0.5F}, x, z),
+       wall({-0.5F, -9, -0.5F}, x, y), wall({-0.5F, -9, 0.5F}, x, y),
+       wall({-0.5F, -9, -0.5F}, z, y), wall({0.5F, -9, -0.5F}, z, y)}));
+  const core::SceneData& data = scene->data();
+  for (const float depth : {0.3F, 0.6F, 1.0F, 1.5F, 2.4F}) {
+    for (const Vec3 aside : {Vec3{0, 0, 0}, Vec3{0.1F, 0, 0.1F}, Vec3{-0.3F, 0, 0.2F}}) {
+      EXPECT_FALSE(core::solids_around(data, aside + Vec3{0, -depth, 0}).empty()) << depth;
+    }
+  }
+  EXPECT_TRUE(core::solids_around(data, {0, -0.1F, 0}).empty()) << "between water and rim";
+  EXPECT_TRUE(core::solids_around(data, {3, -1, 0}).empty()) << "beside the walls";
+}
+
+TEST(Solids, ASurfaceModelledTwiceContainsAPointOnce) {
+  core::PrimitiveDescription ball = test_support::sphere({0, 0, 0}, 1, 8, false, 0);
+  const std::vector<std::uint32_t> once = ball.indices;
+  ball.indices.insert(ball.indices.end(), once.begin(), once.end());
+  const auto scene = test_support::build(test_support::scene_of({glass()}, {ball}));
+  MediumStack media = core::solids_around(scene->data(), {0, 0, 0.25F});
+  ASSERT_FALSE(media.empty());
+  media.leave(scene->data().solids[0]);
+  EXPECT_TRUE(media.empty());
+}
+
 TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
   const auto warnings = [](const core::PrimitiveDescription& part) {
     core::SceneDescription scene = test_support::scene_of({glass()}, {part});

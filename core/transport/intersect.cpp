@@ -60,8 +60,8 @@ bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noex
     const Solid* solid = scene.has_volumes ? scene.solid_of(hit) : nullptr;
     if (solid != nullptr) {
       SurfacePoint point = scene.surface_point(hit, ray);
-      enter_late(path.media, *solid, point, ray);
       const FacesAt faces = faces_at(scene, hit, point, ray, path.media);
+      enter_late(path.media, *solid, faces, point, ray);
       point.error_m = error_m = faces.error_m;
       if (faces.instead) {
         hit = *faces.instead;

@@ -52,11 +52,15 @@ class CoincidentFaces {
   void cross(MediumStack& media) const noexcept {
     for (const bool inwards : {false, true}) {
       for (std::size_t i = 0; i < count_; ++i) {
-        if (crossed_[i].inwards == inwards) {
+        if (crossed_[i].inwards == inwards && !has_both(*crossed_[i].solid)) {
           media.cross(*crossed_[i].solid, inwards);
         }
       }
     }
+  }
+  bool has_both(const Solid& solid) const noexcept {
+    return std::count_if(crossed_.begin(), crossed_.begin() + count_,
+                         [&solid](const Crossed& c) { return c.solid == &solid; }) > 1;
   }
   float error_m() const noexcept { return error_m_; }
   const std::optional<RawHit>& opaque_hit() const noexcept { return opaque_hit_; }
@@ -101,7 +105,7 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
   scene.accel->each_hit(
       probe, [](void* to, const RawHit& at) { static_cast<CoincidentFaces*>(to)->add(at); },
       &faces);
-  FacesAt out{media, {}, faces.error_m()};
+  FacesAt out{media, {}, faces.error_m(), solid != nullptr && faces.has_both(*solid)};
   if (solid == nullptr) {
     out.instead = faces.solid_hit();
   } else if (faces.opaque_hit()) {
@@ -112,9 +116,9 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
   return out;
 }
 
-void enter_late(MediumStack& media, const Solid& solid, const SurfacePoint& point,
-                const Ray& ray) noexcept {
-  if (media.empty() && solid.kind != SolidKind::kCavity &&
+void enter_late(MediumStack& media, const Solid& solid, const FacesAt& faces,
+                const SurfacePoint& point, const Ray& ray) noexcept {
+  if (media.empty() && !faces.has_both_ways && solid.kind != SolidKind::kCavity &&
       !is_inwards(solid, point.normal_geometric, ray.direction)) {
     media.enter(solid);
   }

@@ -13,6 +13,9 @@ struct FacesAt {
   /// An opaque surface, or a face of a solid on a hole, at the same place: it is hit instead.
   std::optional<RawHit> instead;
   float error_m = 0;  ///< step over all of them (SurfacePoint::error_m)
+  /// The solid of the hit begins and ends here, as a film that is thinner than the errors: it is
+  /// not crossed.
+  bool has_both_ways = false;
 };
 
 /// Faces that coincide up to rounding are one interface: the step of rays off the surface is over
@@ -22,7 +25,8 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
                  const Ray& ray, const MediumStack& media) noexcept;
 
 /// Enters a solid that a path in none meets from inside: it came through a border or an edge.
-void enter_late(MediumStack& media, const Solid& solid, const SurfacePoint& point,
-                const Ray& ray) noexcept;
+/// faces: at the hit; they are the same before and after.
+void enter_late(MediumStack& media, const Solid& solid, const FacesAt& faces,
+                const SurfacePoint& point, const Ray& ray) noexcept;
 
 }  // namespace core

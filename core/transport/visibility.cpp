@@ -45,8 +45,8 @@ class ShadowRay {
   void meet_solid(const Solid& solid, const RawHit& hit, float coverage,
                   bool passes_clear) noexcept {
     SurfacePoint point = scene_.surface_point(hit, ray_);
-    enter_late(media_, solid, point, ray_);
     const FacesAt faces = faces_at(scene_, hit, point, ray_, media_);
+    enter_late(media_, solid, faces, point, ray_);
     point.error_m = faces.error_m;
     if (faces.instead) {
       open_ = {};

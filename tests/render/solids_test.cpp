@@ -374,6 +374,48 @@ TEST(Solids, EndWhereTheirSurfaceEnds) {
       truth, std::exp(-2.0), "hollow");
 }
 
+/// The faces of two parts, some of which may coincide.
+PrimitiveDescription both(const PrimitiveDescription& first, const PrimitiveDescription& second) {
+  PrimitiveDescription out;
+  for (const PrimitiveDescription* part : {&first, &second}) {
+    const auto before = static_cast<std::uint32_t>(out.positions.size());
+    out.positions.insert(out.positions.end(), part->positions.begin(), part->positions.end());
+    for (const std::uint32_t i : part->indices) {
+      out.indices.push_back(before + i);
+    }
+  }
+  out.material = first.material;
+  return out;
+}
+
+TEST(Solids, FacesModelledTwiceAreOneForACameraInsideAndOutside) {
+  for (const float camera_depth : {0.0F, 1.0F}) {
+    const PrimitiveDescription once = box({-3, -3, -1.5F}, {3, 3, camera_depth - 0.5F}, 0);
+    const double metres = camera_depth > 0 ? 1.5 : 1;
+    core::View view = view_of_wall({solid(1, 0.6F)}, {both(once, once)}, -2);
+    for (const char* name : {"path", "bdpt"}) {
+      view.settings.integrator = name;
+      expect_only(test_support::render(view, 16), std::exp(-0.6 * metres), std::exp(-1.2 * metres),
+                  name);
+    }
+  }
+}
+
+// A film that rounding cannot tell from a surface absorbs almost nothing, and one whose faces are
+// at one place nothing; the fault is a path that stays in it.
+TEST(Solids, AFilmThinnerThanTheErrorsEndsWhereItBegins) {
+  for (const float thick : {0.0F, 2e-7F, 1e-6F}) {
+    const PrimitiveDescription film =
+        both(test_support::quad({-3, -3, -1}, {6, 0, 0}, {0, 6, 0}, 0),
+             test_support::quad({-3, -3, -1 - thick}, {0, 6, 0}, {6, 0, 0}, 0));
+    core::View view = view_of_wall({solid(1, 0.6F)}, {film}, -2);
+    each_integrator([&](const core::IntegratorEntry& row) {
+      view.settings.integrator = std::string(row.name);
+      expect_only(test_support::render(view, 64), 1, std::exp(-0.6), std::to_string(thick));
+    });
+  }
+}
+
 // The path leaves by the hole.
 TEST(Solids, EndAtACutOutHole) {
   MaterialDescription mask = solid(1, 1);

@@ -233,6 +233,12 @@ Result<Image> decode_pixels(std::string_view kind, std::span<const std::byte> fi
     place_window(*opened, *low, stored_channels, stored, image);
   }
   if (kind == "tif") {
+    if (image.type == PixelType::kU16 && image.channels == 1 &&
+        spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0) {
+      // WhiteIsZero, which OpenImageIO inverts only in 8 bits.
+      std::transform(image.bytes.begin(), image.bytes.end(), image.bytes.begin(),
+                     [](std::byte byte) { return ~byte; });
+    }
     unify_alpha(spec, image);
   }
   return image;

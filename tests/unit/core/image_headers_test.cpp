@@ -170,6 +170,22 @@ TEST(TiffHeader, AssociatedColorIsDividedByAlpha) {
   EXPECT_EQ(std::to_integer<int>(image.bytes[3]), 128);
 }
 
+TEST(TiffHeader, GreyMayCountFromWhite) {
+  for (const std::uint32_t bits : {8U, 16U}) {
+    std::string file = "II*" + std::string(1, '\0') + u32(8) + u16(9);
+    // Width, height, bits, compression, WhiteIsZero, offset, samples, rows and bytes of the strip.
+    const std::uint32_t entries[][2] = {{256, 1},   {257, 1}, {258, bits}, {259, 1},       {262, 0},
+                                        {273, 122}, {277, 1}, {278, 1},    {279, bits / 8}};
+    for (const auto& [tag, value] : entries) {
+      file += u16(tag) + u16(4) + u32(1) + u32(value);
+    }
+    file += u32(0) + (bits == 8 ? std::string("\x40") : u16(0x4000));
+    const std::vector<float> values = floats_of(decoded(file));
+    ASSERT_EQ(values.size(), 1U);
+    EXPECT_EQ(values[0], bits == 8 ? 191.0F / 255 : 49151.0F / 65535);
+  }
+}
+
 // OpenEXR: "OpenEXR File Layout", openexr.com; uncompressed, floats, lines from the top.
 
 struct Box {

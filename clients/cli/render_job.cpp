@@ -125,7 +125,8 @@ core::Result<core::Image> read_environment(const std::string& path,
   if (!image) {
     return Error{image.error().code, image.error().message, path};
   }
-  if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
+  if (auto warning = core::radiance_warning(bytes_of(*file), *image, "the environment");
+      !warning.empty()) {
     warnings.push_back(std::move(warning));
   }
   return image;

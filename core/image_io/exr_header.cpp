@@ -102,6 +102,8 @@ struct Part {
   std::uint64_t tile_height = 0;
   std::uint64_t chunks = 0;  // from the header; 0 if missing
   std::string_view subsampled;
+  bool is_cube = false;
+  std::optional<Chromaticities> primaries;
 };
 
 // Reads one attribute with a known name into `part`.
@@ -127,6 +129,10 @@ bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& par
     return part.tile_width > 0 && part.tile_height > 0;
   } else if (name == "chunkCount" && type == "int") {
     part.chunks = u32(value, 0);
+  } else if (name == "envmap" && type == "envmap") {
+    part.is_cube = value[0] == std::byte{1};  // 0: latitude and longitude
+  } else if (name == "chromaticities" && type == "chromaticities") {
+    std::memcpy(part.primaries.emplace().data(), value.data(), value.size());
   }
   return true;
 }
@@ -161,8 +167,10 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
     if (at >= file.size() || !part.size || !has_room_for_its_table(part, file.size())) {
       return std::nullopt;
     }
-    header = header ? header : ExrHeader{*part.size, {}};
+    header = header ? header : ExrHeader{.size = *part.size, .subsampled = {}};
     header->subsampled = header->subsampled.empty() ? part.subsampled : header->subsampled;
+    header->is_cube = header->is_cube || part.is_cube;
+    header->primaries = header->primaries ? header->primaries : part.primaries;
   } while (multi_part && file[at] != std::byte{0});
   return header;
 }

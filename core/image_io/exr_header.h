@@ -2,6 +2,7 @@
 /// sizes and allocates memory for them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -11,11 +12,16 @@
 
 namespace core {
 
+/// x and y of red, green, blue and white.
+using Chromaticities = std::array<float, 8>;
+
 struct ExrHeader {
   PixelSize size;  ///< of the first part's data window
   /// The first channel of any part with fewer values than pixels, as the chroma of an image of
   /// luminance and chroma; empty: none.
   std::string_view subsampled;
+  bool is_cube = false;  ///< six faces of an environment, one below the other
+  std::optional<Chromaticities> primaries = {};
 };
 
 /// Empty if a header is truncated, an attribute's size does not fit its type or the file, or a

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/image_io/exr_header.h"
-#include "core/image_io/hdr_header.h"
+#include "core/image_io/hdr.h"
 #include "core/image_io/image_codec.h"
 #include "core/image_io/image_size.h"
 #include "core/image_io/ktx2.h"
@@ -37,8 +37,13 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   } else if (kind != "hdr" && kind != "tif") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
-  if (const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
-      header && !header->subsampled.empty()) {
+  const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
+  if (header && header->is_cube) {
+    return invalid(
+        "the EXR is a cube map (envmap = cube), which is not read; convert it to a panorama with "
+        "OpenEXR's exrenvmap -latlong");
+  }
+  if (header && !header->subsampled.empty()) {
     return invalid("channel \"" + std::string(header->subsampled) +
                    "\" of the EXR has fewer values than pixels: images of luminance and chroma (Y, "
                    "RY, BY) are not read; save it as R, G and B");
@@ -53,10 +58,10 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   return kind;
 }
 
-/// Calls a function of the codec, or that for WebP.
-template <typename Function, typename WebpFunction>
+/// Calls a function of the codec, or that for WebP or HDR.
+template <typename Function, typename Own>
 Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
-                   Function ImageCodec::*function, WebpFunction webp) {
+                   Function ImageCodec::*function, Own webp, Own hdr) {
   const auto kind = check_file(file, limits);
   if (!kind) {
     return kind.error();
@@ -64,16 +69,14 @@ Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
   if (*kind == "webp") {
     return webp(file, limits);
   }
-  const auto order = *kind == "hdr" ? hdr_order(file) : HdrOrder();
-  if (!order) {
-    return invalid("the HDR has no resolution line such as -Y 512 +X 1024");
+  if (*kind == "hdr") {
+    return hdr(file, limits);
   }
   const auto codec = image_codec();
   if (!codec) {
     return codec.error();
   }
-  auto image = ((*codec)->*function)(*kind, file, limits);
-  return image ? in_order(*std::move(image), *order) : image;
+  return ((*codec)->*function)(*kind, file, limits);
 }
 
 /// Content: of bytes, from which a file is assembled.
@@ -106,13 +109,15 @@ Result<Content> encode(const ImageRows& image, const ImageFormat& format,
 }  // namespace
 
 Result<Image> read_image_header(std::span<const std::byte> file) {
-  return image_kind(file) == "ktx2" ? read_ktx2_header(file, {})
-                                    : read(file, {}, &ImageCodec::read_header, &read_webp_header);
+  return image_kind(file) == "ktx2"
+             ? read_ktx2_header(file, {})
+             : read(file, {}, &ImageCodec::read_header, &read_webp_header, &read_hdr_header);
 }
 
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
-  return image_kind(file) == "ktx2" ? decode_ktx2(file, limits)
-                                    : read(file, limits, &ImageCodec::decode, &decode_webp);
+  return image_kind(file) == "ktx2"
+             ? decode_ktx2(file, limits)
+             : read(file, limits, &ImageCodec::decode, &decode_webp, &decode_hdr);
 }
 
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,

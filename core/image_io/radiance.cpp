@@ -1,10 +1,14 @@
 #include "core/image_io/radiance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
 #include "core/color/tone_map.h"
+#include "core/image_io/exr_header.h"
+#include "core/image_io/hdr.h"
+#include "core/image_io/image_size.h"
 
 namespace core {
 namespace {
@@ -49,9 +53,27 @@ std::vector<Rgb> radiance_of(const Image& image, AlphaUse alpha) {
   return light;
 }
 
-std::string radiance_warning(const Image& image, const std::string& what) {
+std::string primaries_warning(std::span<const std::byte> file, const std::string& what) {
+  constexpr Chromaticities kRec709 = {0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+  constexpr float kRounding = 0.0005F;  // of three digits
+  const std::string_view kind = image_kind(file);
+  const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
+  const auto stated = header          ? header->primaries
+                      : kind == "hdr" ? hdr_primaries(file)
+                                      : std::nullopt;
+  const bool is_rec709 =
+      !stated || std::equal(stated->begin(), stated->end(), kRec709.begin(),
+                            [](float a, float b) { return std::abs(a - b) <= kRounding; });
+  return is_rec709 ? ""
+                   : "The primaries that the file of " + what +
+                         " states are ignored; its colours are taken as Rec. 709.";
+}
+
+std::string radiance_warning(std::span<const std::byte> file, const Image& image,
+                             const std::string& what) {
+  const std::string primaries = primaries_warning(file, what);
   if (image.type != PixelType::kF32) {
-    return {};
+    return primaries;
   }
   const auto channels = static_cast<std::size_t>(image.channels);
   std::size_t count = 0;
@@ -62,8 +84,9 @@ std::string radiance_warning(const Image& image, const std::string& what) {
     }
     count += is_mended ? 1U : 0U;
   }
-  return count == 0 ? ""
-                    : std::to_string(count) + (count == 1 ? " texel of " : " texels of ") + what +
+  return count == 0 ? primaries
+                    : primaries + (primaries.empty() ? "" : " ") + std::to_string(count) +
+                          (count == 1 ? " texel of " : " texels of ") + what +
                           (count == 1 ? " has" : " have") +
                           " negative, infinite or undefined values, which were set to 0.";
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,13 @@ enum class AlphaUse { kIgnored, kDivisor };
 /// copied to the three channels; a value that is negative, infinite or not a number becomes 0.
 std::vector<Rgb> radiance_of(const Image& image, AlphaUse alpha);
 
-/// Returns the warning that counts the texels with such values; empty if there are none. what: "the
-/// environment".
-std::string radiance_warning(const Image& image, const std::string& what);
+/// Returns the warning that the file states other primaries than those of Rec. 709; empty if not.
+/// what: "the environment".
+std::string primaries_warning(std::span<const std::byte> file, const std::string& what);
+
+/// Returns that warning, and one that counts the texels with values that become 0. image: of the
+/// file.
+std::string radiance_warning(std::span<const std::byte> file, const Image& image,
+                             const std::string& what);
 
 }  // namespace core

@@ -96,7 +96,8 @@ Result<Face> read_face(int index, GltfSource& source, const GltfLimits& limits,
       !status) {
     return status.error();
   }
-  if (auto warning = radiance_warning(*image, "image " + std::to_string(index)); !warning.empty()) {
+  if (auto warning = radiance_warning(*file, *image, "image " + std::to_string(index));
+      !warning.empty()) {
     warnings.emplace_back("texels", where, std::move(warning));
   }
   return reduced({image->width, radiance_of(*image, AlphaUse::kDivisor)});

@@ -13,6 +13,7 @@
 #include "core/base/cgroup.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/image_size.h"
+#include "core/image_io/radiance.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_uri.h"
 
@@ -113,6 +114,9 @@ Result<int> GltfImages::noted(int image) {
   if (image_kind(*file) == "jpg" && !jpeg_is_whole(*file)) {
     scene_.warnings.emplace_back("image_cut", where,
                                  "the JPEG ends early; what is missing is grey");
+  }
+  if (auto warning = primaries_warning(*file, "image " + std::to_string(image)); !warning.empty()) {
+    scene_.warnings.emplace_back("primaries", where, std::move(warning));
   }
   Noted note{.image = image, .to = scene_.images.size(), .file = *file};
   note.bytes_max = source_.budget().left();

@@ -6,7 +6,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 
-#include "core/image_io/hdr_header.h"
+#include "core/image_io/hdr.h"
 #include "core/image_io/image_size.h"
 #include "server/store/files.h"
 
@@ -15,9 +15,8 @@ namespace {
 
 core::Status check_bytes(std::span<const std::byte> file) {
   const std::string_view kind = core::image_kind(file);
-  if (kind == "hdr" && !core::hdr_is_whole(file)) {
-    return core::Error{core::ErrorCode::kInvalidArgument,
-                       "the Radiance image (.hdr) is cut short or damaged", ""};
+  if (kind == "hdr") {
+    return core::check_hdr(file);
   }
   if (kind == "exr" && !core::peek_image_size(file)) {
     return core::Error{core::ErrorCode::kInvalidArgument,

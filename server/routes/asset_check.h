@@ -7,8 +7,8 @@
 
 namespace server {
 
-/// Refuses environment maps (Radiance, OpenEXR) that are cut short or damaged; other files pass.
-/// Errors: kInvalidArgument; those of opening the file.
+/// Refuses Radiance images that cannot be read, and OpenEXR images with a cut or damaged header.
+/// Errors: kInvalidArgument, kTooLarge; those of opening the file.
 core::Status check_asset_file(const std::string& path);
 
 }  // namespace server

@@ -488,7 +488,8 @@ core::Result<std::shared_ptr<const core::Environment>> SceneService::environment
         if (!environment) {
           return at_asset(environment.error());
         }
-        if (auto warning = core::radiance_warning(*image, "the environment"); !warning.empty()) {
+        if (auto warning = core::radiance_warning(**bytes, *image, "the environment");
+            !warning.empty()) {
           const core::MutexLock lock(sizes_mutex_);
           environment_warnings_[*asset] = std::move(warning);
         }

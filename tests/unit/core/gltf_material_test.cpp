@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/image_io/image_io.h"
 #include "tests/unit/core/gltf_test_support.h"
@@ -33,6 +35,22 @@ core::Bytes pixel_png(float r, float g, float b, float a) {
 int add_image(core::GlbWriter& writer, const core::Bytes& png) {
   return writer.add(
       "images", "{\"mimeType\":\"image/png\",\"bufferView\":" + number(writer.add_view(png)) + "}");
+}
+
+TEST(GltfMaterial, WarnsOfTexturesWithOtherPrimariesThanThoseOfRec709) {
+  const std::string hdr =
+      "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nPRIMARIES=.708 .292 .17 .797 .131 .046 .3127 .329\n\n"
+      "-Y 1 +X 1\n\x80\x80\x80\x81";
+  const auto bytes = std::as_bytes(std::span(hdr.data(), hdr.size()));
+  core::GlbWriter writer;
+  add_image(writer, core::Bytes(bytes.begin(), bytes.end()));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
+  add_triangle(writer, "\"material\":0");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene) << scene.error().message;
+  const auto is_it = [](const core::Warning& warning) { return warning.code == "primaries"; };
+  EXPECT_EQ(std::count_if(scene->warnings.begin(), scene->warnings.end(), is_it), 1);
 }
 
 // Decoders fill what is missing of a JPEG with grey, without an error.

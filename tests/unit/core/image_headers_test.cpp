@@ -273,6 +273,18 @@ float constant(const std::string& channel) {
 
 constexpr Box kOne = {0, 0, 0, 0};
 
+/// Adds an attribute to the header of a file of one part and one line.
+std::string with_attribute(std::string file, const std::string& type, const std::string& value) {
+  const std::string added =
+      type + '\0' + type + '\0' + u32(static_cast<std::uint32_t>(value.size())) + value;
+  const std::string last = std::string("screenWindowWidth\0float\0", 24) + u32(4);
+  const std::size_t table = file.find(last) + last.size() + 4 + 1;
+  std::uint32_t line = 0;
+  std::memcpy(&line, &file[table], sizeof line);
+  file.replace(table, sizeof line, u32(line + static_cast<std::uint32_t>(added.size())));
+  return file.insert(table - 1, added);
+}
+
 std::string one_pixel(const std::vector<ExrPartFile>& parts) {
   return exr(parts, [](const std::string& channel, int, int) { return constant(channel); });
 }
@@ -382,6 +394,35 @@ TEST(ExrHeader, SubsampledChromaIsRefusedByName) {
   }
 }
 
+TEST(ExrHeader, CubeMapsAreRefusedByNameAndPanoramasAreRead) {
+  const std::string file = one_pixel({{"", {"B", "G", "R"}, kOne, kOne}});
+  EXPECT_EQ(floats_of(decoded(with_attribute(file, "envmap", std::string(1, '\0')))),
+            (std::vector<float>{1, 2, 3}));
+  const std::string cube = with_attribute(file, "envmap", "\1");
+  for (const auto& image :
+       {core::decode_image(bytes_of(cube), {}), core::read_image_header(bytes_of(cube))}) {
+    ASSERT_FALSE(image);
+    EXPECT_NE(image.error().message.find("cube"), std::string::npos);
+    EXPECT_NE(image.error().message.find("exrenvmap -latlong"), std::string::npos);
+  }
+}
+
+TEST(ExrHeader, PrimariesOtherThanThoseOfRec709GiveAWarning) {
+  const auto with_primaries = [](const std::vector<float>& values) {
+    std::string bytes(values.size() * sizeof(float), '\0');
+    std::memcpy(bytes.data(), values.data(), bytes.size());
+    return with_attribute(one_pixel({{"", {"B", "G", "R"}, kOne, kOne}}), "chromaticities", bytes);
+  };
+  const std::string rec709 =
+      with_primaries({0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.313F, 0.329F});
+  const std::string aces =
+      with_primaries({0.7347F, 0.2653F, 0, 1, 0.0001F, -0.077F, 0.32168F, 0.33767F});
+  EXPECT_EQ(core::radiance_warning(bytes_of(rec709), decoded(rec709), "the environment"), "");
+  EXPECT_NE(core::radiance_warning(bytes_of(aces), decoded(aces), "the environment")
+                .find("primaries that the file of the environment states"),
+            std::string::npos);
+}
+
 // Radiance HDR.
 
 /// 3 x 2 pixels, uncompressed: the mantissas of red and green are column and row.
@@ -415,7 +456,7 @@ TEST(HdrHeader, ScanlinesOfAllEightOrdersMakeThePicture) {
         ASSERT_EQ(image.height, 2) << order;
         const std::vector<float> values = floats_of(image);
         for (std::size_t i = 0; i < 6; ++i) {
-          // Radiance takes the middle of a step, OpenImageIO its lower end.
+          // Radiance takes the middle of a step, most readers, as this one, its lower end.
           EXPECT_NEAR(values[i * 3], static_cast<double>(128 + i % 3), 0.6) << order << ' ' << i;
           EXPECT_NEAR(values[i * 3 + 1], static_cast<double>(128 + i / 3), 0.6)
               << order << ' ' << i;
@@ -433,6 +474,91 @@ TEST(HdrHeader, RefusesAWrongResolutionLine) {
   for (const char* order : {"-Y 2 +Y 3", "Y 2 X 3", "-Y 2", "-Y -2 +X 3", ""}) {
     EXPECT_FALSE(core::decode_image(bytes_of(hdr("#?RADIANCE", order, false, false, false)), {}))
         << order;
+  }
+}
+
+/// A file of one scanline.
+std::string hdr_line(const std::string& variables, int width, const std::string& pixels) {
+  return "#?RADIANCE\n" + variables + "\n-Y 1 +X " + std::to_string(width) + "\n" + pixels;
+}
+const std::string kRgbe = "FORMAT=32-bit_rle_rgbe\n";
+/// 1, 1/2 and 1/4: mantissas over 256, times 2^(129 - 128).
+const std::string kPixel = "\x80\x40\x20\x81";
+
+TEST(HdrHeader, ValuesAreDividedByAllExposuresAndColorCorrections) {
+  const core::Image image = decoded(
+      hdr_line("EXPOSURE=2\n" + kRgbe + "EXPOSURE= 4.0\nCOLORCORR= 2 1 .5\nCOLORCORR=1 4 1\n" +
+                   "\tEXPOSURE=64\n",  // of a picture from which this one was made
+               1, kPixel));
+  EXPECT_EQ(floats_of(image), (std::vector<float>{1.0F / 16, 0.5F / 32, 0.25F / 4}));
+}
+
+TEST(HdrHeader, RefusesADivisionByZero) {
+  for (const char* variable :
+       {"EXPOSURE=0", "EXPOSURE=-1", "EXPOSURE=nan", "EXPOSURE=1e-30\nEXPOSURE=1e-30",
+        "EXPOSURE=bright", "COLORCORR=1 1"}) {
+    const auto image =
+        core::decode_image(bytes_of(hdr_line(kRgbe + variable + "\n", 1, kPixel)), {});
+    ASSERT_FALSE(image) << variable;
+    EXPECT_NE(image.error().message.find("must be positive"), std::string::npos);
+  }
+}
+
+TEST(HdrHeader, XyzIsRefusedByName) {
+  const auto image =
+      core::decode_image(bytes_of(hdr_line("FORMAT=32-bit_rle_xyze\n", 1, kPixel)), {});
+  ASSERT_FALSE(image);
+  EXPECT_NE(image.error().message.find("ra_xyze -r"), std::string::npos);
+}
+
+TEST(HdrHeader, PrimariesOtherThanThoseOfRec709GiveAWarning) {
+  const auto warning = [](const std::string& primaries) {
+    const std::string file = hdr_line(kRgbe + "PRIMARIES=" + primaries + "\n", 1, kPixel);
+    return core::radiance_warning(bytes_of(file), decoded(file), "the environment");
+  };
+  EXPECT_EQ(warning(".64 .33 .3 .6 .15 .06 .3127 .329"), "");
+  EXPECT_NE(warning("0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290").find("Rec. 709"),
+            std::string::npos);
+}
+
+std::vector<float> reds_of(const std::string& file) {
+  std::vector<float> reds;
+  const std::vector<float> values = floats_of(decoded(file));
+  for (std::size_t i = 0; i < values.size(); i += 3) {
+    reds.push_back(values[i]);
+  }
+  return reds;
+}
+
+TEST(HdrRuns, OldRunsRepeatThePixelBeforeThem) {
+  const std::string other = "\x80\x80\x80\x82";  // 2
+  EXPECT_EQ(reds_of(hdr_line(kRgbe, 8, kPixel + "\1\1\1\4" + other + "\1\1\1\2")),
+            (std::vector<float>{1, 1, 1, 1, 1, 2, 2, 2}));
+  EXPECT_EQ(reds_of(hdr_line(kRgbe, 3, kPixel + other + "\1\1\1\1")),
+            (std::vector<float>{1, 2, 2}));
+  // 1 + 44 + 256 times.
+  std::vector<float> expected(301, 1.0F);
+  expected.push_back(2);
+  EXPECT_EQ(reds_of(hdr_line(kRgbe, 302, kPixel + "\1\1\1\x2c\1\1\1\1" + other)), expected);
+}
+
+TEST(HdrRuns, RunsOfChannelsRepeatABytes) {
+  // Red: three of 128, then 64 32 16 8 4; green and blue 0; exponent 129.
+  const std::string line = std::string("\2\2\0\x08", 4) + "\x83\x80\x05\x40\x20\x10\x08\x04" +
+                           std::string("\x88\0\x88\0", 4) + "\x88\x81";
+  EXPECT_EQ(reds_of(hdr_line(kRgbe, 8, line)),
+            (std::vector<float>{1, 1, 1, 0.5F, 0.25F, 0.125F, 0.0625F, 0.03125F}));
+}
+
+TEST(HdrRuns, RefusesRunsThatLeaveTheirLineAndMissingBytes) {
+  const std::string run = std::string("\2\2\0\x08", 4);
+  for (const std::string& pixels :
+       {kPixel + "\1\1\1\x08", "\1\1\1\1" + kPixel, kPixel + "\1\1\1\6", kPixel.substr(0, 3),
+        run + "\x89\x80", run + std::string(8, '\0'), std::string("\2\2\0\x07", 4) + kPixel,
+        run + "\x88\x80\x88\x80\x88\x80\x88"}) {
+    const auto image = core::decode_image(bytes_of(hdr_line(kRgbe, 8, pixels)), {});
+    ASSERT_FALSE(image);
+    EXPECT_NE(image.error().message.find("cut short or damaged"), std::string::npos);
   }
 }
 
@@ -455,14 +581,14 @@ TEST(Radiance, ValuesThatAreNoLightBecomeZeroAndAreCounted) {
   EXPECT_EQ(light[1], (core::Rgb{0, 5, 6}));
   EXPECT_EQ(light[2], (core::Rgb{0, 0, 9}));
   EXPECT_EQ(light[3], (core::Rgb{1, 1, 0}));
-  EXPECT_EQ(core::radiance_warning(image, "the environment").find("3 texels"), 0U);
-  EXPECT_EQ(core::radiance_warning(floats({1, 2, 3}, 3), "the environment"), "");
+  EXPECT_EQ(core::radiance_warning({}, image, "the environment").find("3 texels"), 0U);
+  EXPECT_EQ(core::radiance_warning({}, floats({1, 2, 3}, 3), "the environment"), "");
 }
 
 TEST(Radiance, AlphaIsNotCountedAndGreyHasThreeChannels) {
   const core::Image image = floats({0.5F, -1}, 2);
   EXPECT_EQ(core::radiance_of(image, core::AlphaUse::kIgnored)[0], core::Rgb(0.5F));
-  EXPECT_EQ(core::radiance_warning(image, "the environment"), "");
+  EXPECT_EQ(core::radiance_warning({}, image, "the environment"), "");
 }
 
 // TIFF that other programs read: no compression, no predictor, no clock.

@@ -173,6 +173,7 @@ class FileSizeLimit(FullDiskTest):
         self.assertEqual(self.server.post(f"/v1/jobs/{ended}/cancel").json()["state"], "cancelled")
         kept = self.server.request("PATCH", "/v1/jobs/" + held, {"paused": True})
         self.assertEqual(kept.json()["pause_reason"], "requested")
+        time.sleep(1)  # for an attempt to store it that is in progress
         self.limit(resource.RLIM_INFINITY)
         time.sleep(1.5)
         self.assertEqual(self.server.job(held)["state"], "paused")

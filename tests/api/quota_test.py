@@ -223,6 +223,7 @@ class StreamsAndPreviewsOfAKey(Quotas):
             )
 
         held = [submit(self.mine).json()["id"] for _ in range(2)]
+        self.server.wait_for_samples(held[0])  # Paused before it starts, it would hold nothing.
         self.server.request("PATCH", f"/v1/jobs/{held[0]}", {"paused": True})
         refused = submit(self.mine)
         self.assertEqual(refused.status, 429, refused)

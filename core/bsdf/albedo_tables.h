@@ -5,9 +5,6 @@
 /// j/(N-1). Source: Kulla and Conty, Revisiting Physically Based Shading at Imageworks, 2017.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/math/generic.h"
 
 namespace core {
@@ -25,15 +22,13 @@ struct AlbedoOf {
 using SpecularAlbedo = AlbedoOf<float>;
 
 struct AlbedoTables {
-  SpecularAlbedo single[kAlbedoNodes][kAlbedoNodes];      ///< [roughness][mu]
-  SpecularAlbedo average[kAlbedoNodes];                   ///< 2 * integral of single * mu
-  float glass_outside_average[kGlassNodes][kGlassNodes];  ///< 2 * integral of glass_outside times
-                                                          ///< mu; [ior][roughness]
-  float glass_inside_average[kGlassNodes][kGlassNodes];
-  /// Reflection plus refraction of a rough dielectric; [ior][roughness][mu]; ior = 1 + 2
-  /// (k/(N-1))^2 seen from outside; the other table has its inverse, seen from inside.
-  float glass_outside[kGlassNodes][kGlassNodes][kGlassNodes];
-  float glass_inside[kGlassNodes][kGlassNodes][kGlassNodes];
+  SpecularAlbedo single[kAlbedoNodes][kAlbedoNodes];  ///< [roughness][mu]
+  SpecularAlbedo average[kAlbedoNodes];               ///< 2 * integral of single * mu
+  /// 2 * integral of glass times mu; [inside][ior][roughness].
+  float glass_average[2][kGlassNodes][kGlassNodes];
+  /// Reflection plus refraction of a rough dielectric; [inside][ior][roughness][mu]; ior = 1 + 2
+  /// (k/(N-1))^2 seen from outside; from inside its inverse.
+  float glass[2][kGlassNodes][kGlassNodes][kGlassNodes];
   float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
 };
 
@@ -95,52 +90,63 @@ F sheen_albedo(F mu, F roughness) noexcept {
 
 namespace glass_detail {
 
+template <typename F>
 struct TableCell {
-  int node[3];
-  float share[3];
-};
+  decltype(truncated(F())) node;
+  F share;
 
-inline TableCell cell_of(float mu, float roughness, float ior) noexcept {
-  constexpr float kLast = kGlassNodes - 1;
-  const float at[3] = {std::sqrt(std::clamp((ior - 1) * 0.5F, 0.0F, 1.0F)) * kLast,
-                       std::clamp(roughness, 0.0F, 1.0F) * kLast,
-                       std::sqrt(std::clamp(mu, 0.0F, 1.0F)) * kLast};
-  TableCell p{};
-  for (int k = 0; k < 3; ++k) {
-    p.node[k] = std::min(static_cast<int>(at[k]), kGlassNodes - 2);
-    p.share[k] = at[k] - static_cast<float>(p.node[k]);
-  }
-  return p;
+  explicit TableCell(F x) noexcept
+      : node(truncated(min(x * F(kGlassNodes - 1), F(kGlassNodes - 2)))),
+        share(x * F(kGlassNodes - 1) - to_floats(node)) {}
+};
+template <typename F>
+TableCell<F> cell_of_ior(F ior) noexcept {
+  return TableCell<F>(sqrt(clamp01((ior - 1) * 0.5F)));
+}
+
+/// Returns the value at a share of the way to another.
+template <typename F>
+F between(F low, F high, F share) noexcept {
+  return low + (high - low) * share;
 }
 
 }  // namespace glass_detail
 
 /// Returns the albedo of glass. ior: of the denser side over the thinner one, above 1. inside: the
 /// direction is in the denser one.
-inline float glass_albedo(float mu, float roughness, float ior, bool inside) noexcept {
-  const auto p = glass_detail::cell_of(mu, roughness, ior);
-  const auto& table = inside ? kAlbedoTables.glass_inside : kAlbedoTables.glass_outside;
-  float sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int c[3] = {corner & 1, (corner >> 1) & 1, corner >> 2};
-    float weight = 1;
-    for (int k = 0; k < 3; ++k) {
-      weight *= c[k] != 0 ? p.share[k] : 1 - p.share[k];
-    }
-    sum += weight * table[p.node[0] + c[0]][p.node[1] + c[1]][p.node[2] + c[2]];
-  }
-  return sum;
+template <typename F>
+F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
+  using glass_detail::between;
+  constexpr int kRow = kGlassNodes;
+  constexpr int kPlane = kRow * kRow;
+  const auto i = glass_detail::cell_of_ior(ior);
+  const glass_detail::TableCell<F> r(clamp01(roughness));
+  const glass_detail::TableCell<F> m(sqrt(clamp01(mu)));
+  using Node = decltype(m.node);
+  const Node first =
+      (i.node * kRow + r.node) * kRow + m.node + select(inside, Node(kRow * kPlane), Node(0));
+  const auto along_mu = [&](int offset) {
+    const float* row = &kAlbedoTables.glass[0][0][0][0] + offset;
+    return between(gather(row, first), gather(row + 1, first), m.share);
+  };
+  const auto in_plane = [&](int offset) {
+    return between(along_mu(offset), along_mu(offset + kRow), r.share);
+  };
+  return between(in_plane(0), in_plane(kPlane), i.share);
 }
 
 /// Returns the cosine-weighted mean of glass_albedo() over the hemisphere.
-inline float glass_albedo_average(float roughness, float ior, bool inside) noexcept {
-  const auto p = glass_detail::cell_of(1, roughness, ior);
-  const auto& t = inside ? kAlbedoTables.glass_inside_average : kAlbedoTables.glass_outside_average;
-  const auto row = [&](int i) {
-    return t[i][p.node[1]] + (t[i][p.node[1] + 1] - t[i][p.node[1]]) * p.share[1];
+template <typename F>
+F glass_albedo_average(F roughness, F ior, bool inside) noexcept {
+  using glass_detail::between;
+  const auto i = glass_detail::cell_of_ior(ior);
+  const glass_detail::TableCell<F> r(clamp01(roughness));
+  const auto first = i.node * kGlassNodes + r.node;
+  const auto row = [&](int offset) {
+    const float* at = &kAlbedoTables.glass_average[inside ? 1 : 0][0][0] + offset;
+    return between(gather(at, first), gather(at + 1, first), r.share);
   };
-  const float low = row(p.node[0]);
-  return low + (row(p.node[0] + 1) - low) * p.share[0];
+  return between(row(0), row(kGlassNodes), i.share);
 }
 
 }  // namespace core

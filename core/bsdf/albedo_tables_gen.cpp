@@ -170,11 +170,11 @@ void fill_glass(core::AlbedoTables& t) {
       const float alpha = alpha_of(j, kG);
       for (int i = 0; i < kG; ++i) {
         const Vec3 wo = direction(mu_of(i, kG));
-        t.glass_outside[k][j][i] = glass({alpha, alpha}, wo, ior);
-        t.glass_inside[k][j][i] = glass({alpha, alpha}, wo, 1 / ior);
+        t.glass[0][k][j][i] = glass({alpha, alpha}, wo, ior);
+        t.glass[1][k][j][i] = glass({alpha, alpha}, wo, 1 / ior);
       }
-      t.glass_outside_average[k][j] = average_of(t.glass_outside[k][j]);
-      t.glass_inside_average[k][j] = average_of(t.glass_inside[k][j]);
+      t.glass_average[0][k][j] = average_of(t.glass[0][k][j]);
+      t.glass_average[1][k][j] = average_of(t.glass[1][k][j]);
     }
   }
 }
@@ -248,18 +248,21 @@ int main(int argc, char** argv) {
   }
   out << "},\n";
   write_row(tables->average);
-  for (const auto* plane : {&tables->glass_outside_average, &tables->glass_inside_average}) {
-    write2(&(*plane)[0][0], kG, kG);
+  out << "{";
+  for (const auto& plane : tables->glass_average) {
+    write2(&plane[0][0], kG, kG);
     out << ",\n";
   }
-  for (const auto* cube : {&tables->glass_outside, &tables->glass_inside}) {
+  out << "},\n{";
+  for (const auto& cube : tables->glass) {
     out << "{";
-    for (const auto& plane : *cube) {
+    for (const auto& plane : cube) {
       write2(&plane[0][0], kG, kG);
       out << ",";
     }
     out << "},\n";
   }
+  out << "},\n";
   write2(&tables->sheen[0][0], core::kSheenNodes, core::kSheenNodes);
   out << "};\nextern const AnisotropicAlbedoTables kAnisotropicAlbedoTables;\n"
       << "const AnisotropicAlbedoTables kAnisotropicAlbedoTables = {\n";

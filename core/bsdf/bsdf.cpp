@@ -176,8 +176,8 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
   } else {
     f = diffuse_.f();
   }
-  if (glass_ && glass_->has_multiple_above()) {
-    f += glass_->multiple_above(wi.z, facets_.roughness);
+  if (glass_ && glass_->has_multiple()) {
+    f += glass_->multiple(wi.z, true, facets_.roughness);
   }
   out.value_cos += f * wi.z;
   out.pdf_solid_angle += prob_[kDiffuse] * diffuse_.pdf_solid_angle(wi.z);
@@ -190,8 +190,8 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
   const float mu = -wi.z;
   const SpecularAlbedo e = specular_ || thin_ ? albedo_of(facets_, wi) : SpecularAlbedo{};
   Rgb f = specular_ ? below_.f_under(mu, interface_, e) : below_.f();
-  if (glass_ && glass_->has_multiple_below()) {
-    f += glass_->multiple_below(mu, facets_.roughness);
+  if (glass_ && glass_->has_multiple()) {
+    f += glass_->multiple(mu, false, facets_.roughness);
   }
   if (thin_) {
     f += thin_->multiple * (1 - e.e);

@@ -1,7 +1,7 @@
 /// Fresnel reflectance: exact for dielectrics, Schlick's approximation for glTF's F0 and F90.
 #pragma once
 
-#include <cmath>
+#include <type_traits>
 
 #include "core/color/lane_color.h"
 
@@ -10,15 +10,13 @@ namespace core {
 /// Returns the unpolarised reflectance of a smooth dielectric boundary. cos_i in [0,1] on the
 /// incident side; eta = n_transmitted / n_incident > 0. 1 under total internal reflection. Source:
 /// PBR 4th ed. 9.3.5.
-inline float fresnel_dielectric(float cos_i, float eta) noexcept {
-  const float sin2_t = (1 - cos_i * cos_i) / (eta * eta);
-  if (sin2_t >= 1) {
-    return 1;
-  }
-  const float cos_t = std::sqrt(1 - sin2_t);
-  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-  const float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-  return 0.5F * (parallel * parallel + perpendicular * perpendicular);
+template <typename F>
+F fresnel_dielectric(std::type_identity_t<F> cos_i, F eta) noexcept {
+  const F sin2_t = (1 - cos_i * cos_i) / (eta * eta);
+  const F cos_t = safe_sqrt(1 - sin2_t);
+  const F parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  const F perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return select(sin2_t >= 1, F(1), 0.5F * (parallel * parallel + perpendicular * perpendicular));
 }
 
 /// (1 - cos)^5

@@ -5,56 +5,215 @@
 /// sides (Kulla and Conty 2017) and exact for the unmodified curve.
 #pragma once
 
+#include <algorithm>
+#include <type_traits>
+
+#include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/bsdf_types.h"
 #include "core/bsdf/facets.h"
+#include "core/bsdf/fresnel.h"
 #include "core/bsdf/thin_film.h"
 
 namespace core {
 
-class GlassLobe {
- public:
-  /// weight: of the solid in the mixture of surface components.
-  GlassLobe(const BsdfParameters& p, const Facets& s, float weight, const ThinFilm& film) noexcept;
+/// As in BsdfParameters.
+template <typename F>
+struct GlassParametersOf {
+  ColorOf<F> color;       ///< of refraction
+  ColorOf<F> reflection;  ///< weight of reflection
+  ColorOf<F> specular_color;
+  F f90;
+  F ior;
+  MaskOf<F> inside;
+};
 
-  float eta() const noexcept { return eta_; }  ///< n(other side) / n(wo's side)
-  bool is_index_matched() const noexcept { return eta_ > 0.9999F && eta_ < 1.0001F; }
+/// The lobe of lanes has no film.
+struct NoFilm {};
+
+template <typename F, typename Film>
+class GlassLobeOf {
+ public:
+  using V = Vec3Of<F>;
+  using Color = ColorOf<F>;
+  using M = MaskOf<F>;
+
+  /// weight: of the solid in the mixture of surface components.
+  GlassLobeOf(const GlassParametersOf<F>& p, const FacetsOf<F>& s, F weight,
+              const Film& film) noexcept
+      : color_(p.color), reflection_(p.reflection), weight_(weight), film_(film) {
+    const F ior = max(p.ior, F(1e-2F));
+    inside_ = p.inside;
+    eta_ = select(p.inside, 1 / ior, ior);
+    const M is_rough = opposite(is_delta(s));
+    if (any(is_rough)) {
+      // Lost energy leaves in proportion to (1 - E) of the side it leaves to. Each side is then
+      // reciprocal if (1 - reflected) times the mean loss is n^2 times as large outside as inside.
+      // The outer side reflects the mean of Fresnel's curve (fit of d'Eon, A Hitchhiker's Guide to
+      // Multiple Scattering, 2021).
+      const F n = max(eta_, 1 / eta_);
+      const M denser = eta_ < 1;
+      lost_ = select(is_rough, max(1 - glass_albedo(s.wo.z, s.roughness, n, denser), F(0)), F(0));
+      const F lost_outside = max(1 - glass_albedo_average(s.roughness, n, false), F(1e-4F));
+      const F lost_inside = max(1 - glass_albedo_average(s.roughness, n, true), F(1e-4F));
+      const F through_outside =
+          min(1 - (n - 1) / (4.08567F + 1.00071F * n), n * n * lost_inside / lost_outside);
+      through_ =
+          select(denser, through_outside * lost_outside / (n * n * lost_inside), through_outside);
+      const F common = weight_ * lost_ * kInvPi;
+      multiple_above_ =
+          reflection_ * (common * (1 - through_) / select(denser, lost_inside, lost_outside));
+      multiple_below_ =
+          color_ * (common * through_ / (select(denser, lost_outside, lost_inside) * eta_ * eta_));
+    }
+    is_bent_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
+    if constexpr (kHasFilm) {
+      is_bent_ = is_bent_ || film_.weight > 0;
+    }
+    if (any(is_bent_)) {
+      f0_ = each_channel(p.specular_color * square((1 - ior) / (1 + ior)),
+                         [](F f) { return clamp01(f); }) *
+            p.f90;
+      f90_ = p.f90;
+    }
+  }
+
+  F eta() const noexcept { return eta_; }  ///< n(other side) / n(wo's side)
+  M is_index_matched() const noexcept { return (eta_ > 0.9999F) & (eta_ < 1.0001F); }
   /// Return the albedos of single scattering, and of diffuse multiple scattering to either side.
-  float single() const noexcept { return 1 - lost_; }
-  float diffuse_above() const noexcept { return weight_ * lost_ * (1 - through_); }
-  float diffuse_below() const noexcept { return weight_ * lost_ * through_; }
-  /// Return the BSDF of multiple scattering at cosine mu of wi on its side; zero unless
-  /// has_multiple.
-  bool has_multiple_above() const noexcept { return !is_black(multiple_above_); }
-  bool has_multiple_below() const noexcept { return !is_black(multiple_below_); }
-  Rgb multiple_above(float mu, float roughness) const noexcept;
-  Rgb multiple_below(float mu, float roughness) const noexcept;
+  F single() const noexcept { return 1 - lost_; }
+  F diffuse_above() const noexcept { return weight_ * lost_ * (1 - through_); }
+  F diffuse_below() const noexcept { return weight_ * lost_ * through_; }
+  /// Returns whether multiple() is not 0 everywhere.
+  bool has_multiple() const noexcept { return any(lost_ > 0); }
+  /// Returns the BSDF of multiple scattering at cosine mu of wi on its side. above: that of wo.
+  Color multiple(F mu, M above, F roughness) const noexcept {
+    const M inside = (above & (eta_ < 1)) | (opposite(above) & (eta_ > 1));
+    return select(above, multiple_above_, multiple_below_) *
+           (1 - glass_albedo(mu, roughness, max(eta_, 1 / eta_), inside));
+  }
   /// Returns the reflectance of the smooth boundary.
-  Rgb mirrored(const Facets& s) const noexcept {
-    return is_index_matched() ? Rgb{} : fresnel(s.wo.z);
+  Color mirrored(const FacetsOf<F>& s) const noexcept {
+    return select(is_index_matched(), Color(F(0)), fresnel(s.wo.z));
   }
   /// Returns the transmittance without deflection, if the index equals that of the surroundings.
-  Rgb straight(float open) const noexcept { return color_ * (weight_ * open); }
+  Color straight(F open) const noexcept { return color_ * (weight_ * open); }
 
-  void add(const Facets& s, float prob, Vec3 wi, BsdfEval& out) const noexcept;
-  bool sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
-              BsdfSample& out) const noexcept;
+  template <typename Eval>
+  void add(const FacetsOf<F>& s, F prob, V wi, Eval& out) const noexcept {
+    const M is_rough = opposite(is_delta(s));
+    if (!any(is_rough)) {
+      return;
+    }
+    const M above = wi.z > 0;
+    const V bent = s.half(wi * eta_);
+    const V h = select(above, s.half(wi), select(bent.z < 0, -bent, bent));
+    const F cos_o = dot(s.wo, h);
+    const F cos_i = dot(wi, h);
+    const Color f = fresnel(cos_o);
+    const F reflected = max_component(f);
+    const F denominator = square(cos_o + eta_ * cos_i);
+    const F refraction =
+        select((cos_o > 0) & (cos_i < 0) & (denominator > 1e-12F),
+               (1 - reflected) * s.ggx.d(h) * cos_o * -cos_i / (s.wo.z * denominator), F(0));
+    const F common = select(is_rough, select(above, s.reflected(h), refraction), F(0));
+    const F g2 = 1 / (1 + s.lambda_o + s.ggx.lambda(wi));
+    out.value_cos =
+        out.value_cos + select(above, f * reflection_, color_) * (weight_ * (common * g2));
+    out.pdf_solid_angle = out.pdf_solid_angle +
+                          prob * select(above, reflected, eta_ * eta_) * common / (1 + s.lambda_o);
+  }
+
+  struct Sample {
+    V wi;
+    Color weight;  ///< where it is delta
+    M is_valid;
+    M is_delta;
+    M is_refracted;
+  };
+  /// prob: of the lobe; open: LobeShare.
+  Sample sample(const FacetsOf<F>& s, F prob, F open, F u_lobe, Vec2Of<F> u) const noexcept {
+    Sample out;
+    out.is_delta = is_delta(s);
+    V h = {0, 0, 1};
+    if (!all(out.is_delta)) {
+      h = select(out.is_delta, h, s.ggx.sample_visible(s.wo, u));
+    }
+    const F cos_o = dot(s.wo, h);
+    const Color f = select(is_index_matched(), Color(F(0)), fresnel(cos_o));
+    const F prob_reflect = max_component(f);
+    const M is_reflected = u_lobe < prob_reflect;
+    const F cos_t = safe_sqrt(1 - (1 - cos_o * cos_o) / (eta_ * eta_));
+    const V bent = normalize_or(h * (cos_o / eta_ - cos_t) - s.wo * (1 / eta_), -s.wo);
+    out.wi = select(is_reflected, h * (2 * cos_o) - s.wo, bent);
+    const F common = weight_ * open / prob;
+    out.weight = select(is_reflected, f * reflection_ * (common / prob_reflect),
+                        color_ * (common / (eta_ * eta_)));
+    out.is_refracted = opposite(is_reflected);
+    out.is_valid = (is_reflected & (out.wi.z > 0)) | (out.is_refracted & (out.wi.z < 0));
+    return out;
+  }
 
  private:
-  Rgb fresnel(float cos_oh) const noexcept;
+  static constexpr bool kHasFilm = !std::is_same_v<Film, NoFilm>;
 
-  Rgb color_;       ///< of refraction
-  Rgb reflection_;  ///< weight of reflection
-  float weight_ = 0;
-  float eta_ = 1;
-  bool inside_ = false;
-  bool is_bent_ = false;  ///< its Fresnel term is modified: the next three members apply
-  Rgb f0_;
-  float f90_ = 1;
-  ThinFilm film_;
-  float lost_ = 0;     ///< fraction lost by single scattering
-  float through_ = 0;  ///< fraction of the loss that leaves on the other side
-  Rgb multiple_above_;
-  Rgb multiple_below_;
+  M is_delta(const FacetsOf<F>& s) const noexcept { return s.is_smooth | is_index_matched(); }
+
+  /// Returns the reflectance of a facet of the solid; cos_oh on wo's side. Stretches the exact
+  /// curve from F0 to 1 to the material's F0 and F90, equally for both sides; total reflection
+  /// stays total. Refraction gets the remainder of the largest channel, so that it keeps its hue.
+  Color fresnel(F cos_oh) const noexcept {
+    const F exact = fresnel_dielectric(cos_oh, eta_);
+    const M is_bent = is_bent_ & (exact < 1);
+    if (!any(is_bent)) {
+      return Color(exact);
+    }
+    const F r0 = square((1 - eta_) / (1 + eta_));
+    const F w = clamp01((exact - r0) / (1 - r0));
+    Color f = f0_ * (1 - w) + Color(f90_ * w);
+    if constexpr (kHasFilm) {
+      if (film_.weight > 0) {
+        const F cos_outer = inside_ ? safe_sqrt(1 - (1 - cos_oh * cos_oh) / (eta_ * eta_)) : cos_oh;
+        f = f * (1 - film_.weight) + film_.fresnel(cos_outer, f0_) * (f90_ * film_.weight);
+      }
+    }
+    return select(is_bent, f, Color(exact));
+  }
+
+  Color color_;
+  Color reflection_;
+  F weight_;
+  F eta_;
+  M inside_;
+  M is_bent_;  ///< its Fresnel term is modified: the next two members apply
+  Color f0_ = Color(F(0));
+  F f90_ = 1;
+  [[no_unique_address]] Film film_;
+  F lost_ = 0;     ///< fraction lost by single scattering
+  F through_ = 0;  ///< fraction of the loss that leaves on the other side
+  Color multiple_above_ = Color(F(0));
+  Color multiple_below_ = Color(F(0));
+};
+
+class GlassLobe : public GlassLobeOf<float, ThinFilm> {
+ public:
+  GlassLobe(const BsdfParameters& p, const Facets& s, float weight, const ThinFilm& film) noexcept
+      : GlassLobeOf({p.base_color * p.refraction_weight, p.reflection_weight, p.specular_color,
+                     p.f90, p.ior, p.inside},
+                    s, weight, film) {}
+
+  bool sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
+              BsdfSample& out) const noexcept {
+    const Sample g = GlassLobeOf::sample(s, share.prob, share.open, u_lobe, u);
+    out.wi_local = g.wi;
+    out.weight = g.weight;
+    out.is_delta = g.is_delta;
+    out.is_glass = true;
+    if (g.is_refracted) {
+      out.eta = eta();
+      out.is_null = is_index_matched();
+    }
+    return g.is_valid;
+  }
 };
 
 }  // namespace core

@@ -18,7 +18,7 @@ namespace core {
 struct MeshData {
   std::vector<Vec3> positions;  ///< one more than the vertex count: Embree reads past the end
   std::vector<std::uint32_t> indices;
-  std::vector<Vec3> normals;
+  std::vector<Vec3> normals;  ///< padded in the same way unless empty
   std::vector<Vec4> tangents;
   int tangent_uv_set = -1;  ///< as in PrimitiveDescription
   std::array<std::vector<Vec2>, 2> uv;

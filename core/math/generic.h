@@ -50,6 +50,7 @@ Mask<N> opposite(Mask<N> mask) {
   return ~mask;
 }
 
+inline int select(bool mask, int yes, int no) noexcept { return mask ? yes : no; }
 inline float select(bool mask, float yes, float no) noexcept { return mask ? yes : no; }
 inline Vec3 select(bool mask, Vec3 yes, Vec3 no) noexcept { return mask ? yes : no; }
 inline float min(float a, float b) noexcept { return a < b ? a : b; }

@@ -63,6 +63,7 @@ class MediumStack {
     return std::equal(a.solids_, a.solids_ + a.count_, b.solids_, b.solids_ + b.count_);
   }
   bool empty() const noexcept { return count_ == 0; }
+  std::size_t size() const noexcept { return count_; }
   bool holds(const Solid& solid) const noexcept {
     return std::find(solids_, solids_ + count_, &solid) != solids_ + count_;
   }

@@ -19,6 +19,7 @@
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
 #include "core/scene/round_facets.h"
+#include "core/scene/single_faces.h"
 #include "core/scene/solids.h"
 
 namespace core {
@@ -54,6 +55,7 @@ class Builder {
     box.add(moved_bounds_);
     to_.center = box.empty() ? Vec3{} : box.center();
     to_.radius_m = box.empty() ? 0.0F : 0.5F * length(box.diagonal());
+    find_single_faces(to_, stop);
     return ok_status();
   }
 
@@ -201,6 +203,10 @@ class Builder {
     }
     mesh.positions.reserve(mesh.positions.size() + 1);
     mesh.positions.push_back(Vec3{});
+    if (!mesh.normals.empty()) {
+      mesh.normals.reserve(mesh.normals.size() + 1);
+      mesh.normals.push_back(Vec3{});
+    }
     mesh.later = std::move(p.later);
     for (MovedVertices& moved : mesh.later) {
       moved.positions.reserve(moved.positions.size() + 1);

@@ -11,6 +11,7 @@
 #include "core/accel/accel.h"
 #include "core/geometry/mesh.h"
 #include "core/geometry/surface_point.h"
+#include "core/geometry/triangle_math.h"
 #include "core/lights/light.h"
 #include "core/lights/light_tree.h"
 #include "core/materials/material.h"
@@ -49,6 +50,10 @@ class SceneData {
   bool has_open_solids = false;
   bool has_solid_holes = false;  ///< surfaces of solids may have holes
   bool has_scattering = false;   ///< of the interior of a solid
+  /// By placed mesh, of those that bound solids: the triangles with which no other surface
+  /// coincides but within edge_margin_m of their edges. Empty: unknown.
+  std::vector<std::vector<bool>> single_faces;
+  float edge_margin_m = 0;
   /// Names of light groups; the first is that of the environment.
   std::vector<std::string> light_groups;
   std::vector<std::uint32_t> object_mattes;    ///< matte_id() by object id
@@ -80,6 +85,10 @@ class SceneData {
   }
   /// Returns the point where `ray` hits the triangle of `hit`.
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;
+  /// Returns the vertices of the triangle of `hit`, at time 0.
+  Corners<Vec3> corners(const RawHit& hit) const noexcept;
+  /// Returns whether `point` on the triangle of `hit` is known to lie on no other surface.
+  bool is_single_face(const RawHit& hit, Vec3 point) const noexcept;
   /// The hit point as vertices of its triangle and their weights.
   struct CornerWeights {
     std::array<std::uint32_t, 3> vertices{};

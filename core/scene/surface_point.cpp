@@ -15,8 +15,8 @@ struct Triangle {
   Vec3 cross_product() const { return cross(p[1] - p[0], p[2] - p[0]); }
 };
 
-Triangle corners(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
-                 float time) {
+Triangle triangle_of(const MeshData& mesh, const Transform* to_world, std::uint32_t triangle,
+                     float time) {
   Triangle c;
   for (std::size_t k = 0; k < 3; ++k) {
     c.v[k] = mesh.indices[3 * std::size_t{triangle} + k];
@@ -41,12 +41,39 @@ Vec4 blend(const std::vector<Vec4>& values, const Triangle& c, Vec3 b) {
 
 }  // namespace
 
+Corners<Vec3> SceneData::corners(const RawHit& hit) const noexcept {
+  return triangle_of(meshes[placed_mesh(hit).mesh],
+                     hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world,
+                     hit.primitive, 0)
+      .p;
+}
+
+bool SceneData::is_single_face(const RawHit& hit, Vec3 point) const noexcept {
+  if (single_faces.empty()) {
+    return false;
+  }
+  const auto& is_single = single_faces[static_cast<std::size_t>(&placed_mesh(hit) - placed.data())];
+  if (is_single.empty() || !is_single[hit.primitive]) {
+    return false;
+  }
+  const Corners<Vec3> p = corners(hit);
+  const Vec3 n = cross(p[1] - p[0], p[2] - p[0]);
+  const float far = edge_margin_m * length(n);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 edge = p[k == 2 ? 0 : k + 1] - p[k];
+    if (!(dot(point - p[k], cross(n, edge)) > far * length(edge))) {
+      return false;
+    }
+  }
+  return true;
+}
+
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
   const PlacedInstance* instance = hit.instance == kNoInstance ? nullptr : &instances[hit.instance];
   const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
-  const Triangle c = corners(mesh, to_world, hit.primitive, ray.time);
+  const Triangle c = triangle_of(mesh, to_world, hit.primitive, ray.time);
   const Vec3 n = c.cross_product();
   const Vec3 b = barycentrics(c.p, n, ray.origin, ray.direction);
   const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
@@ -99,7 +126,7 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
     const Vec4 t = blend(mesh.tangents, c, b);
     Vec3 moved = to_world == nullptr ? Vec3{t.x, t.y, t.z} : to_world->vector({t.x, t.y, t.z});
     if (!mesh.later.empty()) {
-      moved = carried(moved, corners(mesh, nullptr, hit.primitive, 0).p, c.p);
+      moved = carried(moved, triangle_of(mesh, nullptr, hit.primitive, 0).p, c.p);
     }
     s.tangent = normalize_or(moved, {0, 0, 0});
     s.tangent_uv_set = mesh.tangent_uv_set;
@@ -115,7 +142,7 @@ SceneData::CornerWeights SceneData::corner_weights(const RawHit& hit,
                                                    const Ray& ray) const noexcept {
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Triangle c = corners(meshes[placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
+  const Triangle c = triangle_of(meshes[placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
   return {{c.v[0], c.v[1], c.v[2]},
           barycentrics(c.p, c.cross_product(), ray.origin, ray.direction)};
 }
@@ -138,7 +165,7 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   }
   const Transform* to_world =
       hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Triangle c = corners(mesh, to_world, hit.primitive, ray.time);
+  const Triangle c = triangle_of(mesh, to_world, hit.primitive, ray.time);
   const Vec3 b = barycentrics(c.p, c.cross_product(), ray.origin, ray.direction);
   float alpha = material.factors.base_alpha;
   if (!mesh.colors.empty()) {

@@ -88,6 +88,12 @@ class CoincidentFaces {
 FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& point,
                  const Ray& ray, const MediumStack& media) noexcept {
   const Vec3 n = point.normal_geometric;
+  const Solid* solid = scene.solid_of(hit);
+  if (solid != nullptr && scene.is_single_face(hit, point.position)) {
+    FacesAt out{media, {}, point.error_m};
+    out.beyond.cross(*solid, is_inwards(*solid, n, ray.direction));
+    return out;
+  }
   const Vec3 ahead = dot(n, ray.direction) >= 0 ? n : -n;
   // As far as rounding may put any triangles of the scene apart.
   const float reach_m =
@@ -98,7 +104,6 @@ FacesAt faces_at(const SceneData& scene, const RawHit& hit, const SurfacePoint& 
                      .t_max = 1,
                      .time = ray.time};
   CoincidentFaces faces(scene, hit, point, probe);
-  const Solid* solid = scene.solid_of(hit);
   if (solid != nullptr) {
     faces.add(*solid, is_inwards(*solid, n, ray.direction));
   }

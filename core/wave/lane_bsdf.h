@@ -1,4 +1,5 @@
-/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with clearcoat and sheen.
+/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with solid glass, clearcoat and
+/// sheen.
 ///
 /// Its lobes are those of core/bsdf/bsdf.h, with the same order and use of random numbers. Each
 /// lane is either Lambert or not; if all are Lambert, nothing else is computed.
@@ -7,6 +8,7 @@
 #include <optional>
 
 #include "core/bsdf/facets.h"
+#include "core/bsdf/glass_lobe.h"
 #include "core/bsdf/interface.h"
 #include "core/bsdf/specular_lobe.h"
 #include "core/bsdf/top_layers.h"
@@ -40,14 +42,23 @@ struct LayerLanes {
   Mask<N> exist() const { return (clearcoat > 0) | (max_component(sheen_color) > 0); }
 };
 
+/// The members of BsdfParameters of the boundaries of solids.
+template <std::size_t N>
+struct SolidLanes {
+  Floats<N> transmission;  ///< 0 where there is no solid
+  Vec3s<N> specular_color;
+  Floats<N> ior;
+  Mask<N> inside;
+};
+
 template <std::size_t N>
 class BsdfLanes {
  public:
   using F = Floats<N>;
-  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers: null if no
-  /// lane has any.
+  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers, solids: null
+  /// if no lane has any.
   BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng,
-            const LayerLanes<N>* layers = nullptr)
+            const LayerLanes<N>* layers = nullptr, const SolidLanes<N>* solids = nullptr)
       : ng_(ng),
         is_flat_(is_flat(ng.z)),
         is_lambert_((s.f90 == F(0)) & (s.metallic == F(0)) & ~is_not_black(s.f0)),
@@ -55,12 +66,15 @@ class BsdfLanes {
     if (layers != nullptr) {
       is_lambert_ = is_lambert_ & ~layers->exist();
     }
+    if (solids != nullptr) {
+      is_lambert_ = is_lambert_ & ~(solids->transmission > 0);
+    }
     is_lambert_all_ = is_lambert_.all();
     is_flat_all_ = is_flat_.all();
     albedo_ = base_color_;
     has_spread_ = is_not_black(base_color_);
     if (!is_lambert_all_) {
-      set_lobes(s, wo, layers);
+      set_lobes(s, wo, layers, solids);
     }
   }
 
@@ -95,10 +109,20 @@ class BsdfLanes {
     s.is_delta = Mask<N>::of(0);
     Mask<N> valid = s.wi.z > 0;
     Mask<N> specular = s.is_delta;
+    std::optional<GlassSample> glass;
     if (!is_lambert_all_) {
       specular = ~is_lambert_ & ~(u_lobe < prob_diffuse_);
+      if (glass_) {
+        s.wi = select(is_even_, uniform_hemisphere(u), s.wi);
+      }
       if (specular.any()) {
         F left = u_lobe - prob_diffuse_;
+        Mask<N> below = s.is_delta;
+        if (glass_) {
+          below = specular & (left < prob_below_);
+          left = left - prob_below_;
+          specular = specular & ~below;
+        }
         if (top_) {
           const TopSample top = sample_top(specular, u, left, s.wi);
           s.wi = top.wi;
@@ -107,8 +131,15 @@ class BsdfLanes {
           left = top.left;
         }
         s.is_delta = s.is_delta | (specular & facets_.is_smooth);
+        const Vec3s<N> diffuse = s.wi;
         s.wi = select(specular, facets_.sample_reflected(u), s.wi);
         valid = (s.wi.z > 0) & (~specular | (left < prob_specular_));
+        if (glass_) {
+          glass.emplace(sample_glass(specular & ~(left < prob_specular_), left, u));
+          s.wi = select(glass->on, glass->of_lobe.wi, select(below, -diffuse, s.wi));
+          valid = (glass->on & glass->of_lobe.is_valid) | (below & (s.wi.z < 0)) |
+                  (~glass->on & ~below & valid);
+        }
       }
     }
     if (!is_flat_all_) {
@@ -123,6 +154,9 @@ class BsdfLanes {
     if (s.is_delta.any()) {
       s.weight = select(s.is_delta, delta_weight(specular), s.weight);
       s.pdf_solid_angle = select(s.is_delta, F(0), s.pdf_solid_angle);
+      if (glass) {
+        s.weight = select(s.is_delta & glass->on, glass->of_lobe.weight, s.weight);
+      }
     }
     s.weight = select(valid, s.weight, black());
     return s;
@@ -132,8 +166,12 @@ class BsdfLanes {
   /// If true, sample() does not use u_lobe.
   bool has_one_lobe() const { return is_lambert_all_; }
   Vec3s<N> albedo() const { return albedo_; }
+  Mask<N> transmits() const {
+    return glass_ ? (prob_glass_ > 0) | (prob_below_ > 0) : Mask<N>::of(0);
+  }
 
  private:
+  using Glass = GlassLobeOf<F, NoFilm>;
   static Vec3s<N> black() { return Vec3s<N>(F(0)); }
 
   /// Returns the weight of the specular lobe where it is smooth, and of a smooth coat elsewhere.
@@ -168,19 +206,43 @@ class BsdfLanes {
     return {wi, smooth_coat, rest & ~smooth_coat, left};
   }
 
+  struct GlassSample {
+    Mask<N> on;
+    typename Glass::Sample of_lobe;
+  };
+  /// Samples the boundary of the solid in the lanes of `on` that have one. left: of u_lobe, before
+  /// the specular lobe.
+  [[gnu::noinline]] GlassSample sample_glass(Mask<N> on, F left, Vec2s<N> u) const {
+    F before = prob_specular_;
+    F open(1);
+    if (top_) {
+      before = before + prob_coat_ - top_->rough(prob_coat_);
+      open = top_->open;
+    }
+    const F u_lobe = max(min((left - before) / prob_glass_, F(kOneMinusEpsilon)), F(0));
+    return {on & (prob_glass_ > 0), glass_->sample(facets_, prob_glass_, open, u_lobe, u)};
+  }
+
   /// As Bsdf's constructor.
-  void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const LayerLanes<N>* layers) {
+  void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const LayerLanes<N>* layers,
+                 const SolidLanes<N>* solids) {
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
+    F cover = dielectric;
+    F lambert = dielectric;
+    if (solids != nullptr) {
+      cover = dielectric - dielectric * solids->transmission;
+      lambert = dielectric * (1 - solids->transmission);
+    }
     facets_ = {wo, {s.alpha, s.alpha}, s.roughness, s.alpha < kSmoothAlpha};
     const AlbedoOf<F> e = specular_albedo(wo.z, s.roughness);
     const AlbedoOf<F> average = specular_albedo_average(s.roughness);
-    const Mask<N> has_interface = (dielectric > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
+    const Mask<N> has_interface = (cover > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
     interface_ = {select(has_interface, max_component(s.f0), F(0)),
                   select(has_interface, s.f90, F(0)), average};
     interface_.set_coupling(interface_.albedo(e), interface_.albedo(average));
-    specular_ = {s, metal, dielectric, facets_, e, average};
-    diffuse_ = s.base_color * dielectric;
+    specular_ = {s, metal, cover, facets_, e, average};
+    diffuse_ = s.base_color * lambert;
 
     const Vec3s<N> specular = specular_.albedo(facets_, e);
     const Vec3s<N> multiple = specular_.multiple_albedo(facets_, e);
@@ -188,21 +250,51 @@ class BsdfLanes {
     prob_diffuse_ = luminance(substrate) + luminance(multiple);
     prob_specular_ = luminance(specular);
     albedo_ = select(is_lambert_, albedo_, substrate + multiple + specular);
+    if (solids != nullptr) {
+      add_solid(s, *solids, dielectric, (metal > 0) | has_interface);
+    }
     F sum = prob_diffuse_ + prob_specular_;
     if (layers != nullptr) {
       add_top(*layers);
       sum = prob_diffuse_ + prob_specular_ + prob_coat_ + prob_sheen_;
     }
+    if (glass_) {
+      sum = sum + prob_glass_ + prob_below_;
+    }
     const F scale = select(sum > 0, sum, F(1));
     prob_diffuse_ = prob_diffuse_ / scale;
     prob_specular_ = prob_specular_ / scale;
     Mask<N> spread = (prob_diffuse_ > 0) | (~facets_.is_smooth & (sum > 0));
+    if (glass_) {
+      prob_glass_ = prob_glass_ / scale;
+      prob_below_ = prob_below_ / scale;
+      is_even_ = is_even_ & (prob_glass_ > 0) & ~is_not_black(diffuse_);
+      spread = spread | (prob_below_ > 0);
+    }
     if (top_) {
       prob_coat_ = prob_coat_ / scale;
       prob_sheen_ = prob_sheen_ / scale;
       spread = spread | (prob_sheen_ > 0) | (top_->rough(prob_coat_) > 0);
     }
     has_spread_ = (is_lambert_ & has_spread_) | (~is_lambert_ & spread);
+  }
+
+  /// As Bsdf::add_solid(). Changes nothing where there is none.
+  [[gnu::noinline]] void add_solid(const SurfaceLanes<N>& s, const SolidLanes<N>& solids,
+                                   F dielectric, Mask<N> has_specular) {
+    const F weight = dielectric * solids.transmission;
+    const Vec3s<N> white(F(1));
+    const Glass& glass =
+        glass_.emplace(GlassParametersOf<F>{s.base_color, white, solids.specular_color, s.f90,
+                                            solids.ior, solids.inside},
+                       facets_, weight, NoFilm{});
+    is_solid_ = weight > 0;
+    is_even_ = is_solid_ & ~has_specular;
+    prob_diffuse_ = prob_diffuse_ + select(is_solid_, glass.diffuse_above(), F(0));
+    prob_below_ = select(is_solid_, glass.diffuse_below(), F(0));
+    prob_glass_ =
+        select(is_solid_, glass.single() * (weight * max(luminance(s.base_color), F(0.05F))), F(0));
+    albedo_ = albedo_ + s.base_color * select(is_solid_, weight, F(0));
   }
 
   /// As Bsdf::add_top(). Changes nothing where there are no layers.
@@ -212,6 +304,10 @@ class BsdfLanes {
     prob_specular_ = prob_specular_ * top_->open;
     prob_coat_ = top_->coat_albedo;
     prob_sheen_ = luminance(top_->sheen.albedo());
+    if (glass_) {
+      prob_glass_ = prob_glass_ * top_->open;
+      prob_below_ = prob_below_ * top_->open;
+    }
     albedo_ = albedo_ * top_->open + Vec3s<N>(top_->coat_albedo) + top_->sheen.albedo();
     has_top_ = layers.exist();
   }
@@ -219,15 +315,18 @@ class BsdfLanes {
   /// Never inlined: inlined copies could round differently, and a lane must not depend on the code
   /// path that its neighbours need.
   [[gnu::noinline]] Eval evaluate_unfolded(Vec3s<N> wi) const {
-    const Mask<N> above = wi.z > 0;
+    Mask<N> seen = wi.z > 0;
     const F cos_pi = wi.z * kInvPi;
     Eval out = {base_color_ * cos_pi, cos_pi};
     if (!is_lambert_all_) {
       const Eval layered = evaluate_layered(wi, cos_pi);
       out.value_cos = select(is_lambert_, out.value_cos, layered.value_cos);
       out.pdf_solid_angle = select(is_lambert_, cos_pi, layered.pdf_solid_angle);
+      if (glass_) {
+        seen = seen | (is_solid_ & (wi.z < 0));
+      }
     }
-    return {select(above, out.value_cos, black()), select(above, out.pdf_solid_angle, F(0))};
+    return {select(seen, out.value_cos, black()), select(seen, out.pdf_solid_angle, F(0))};
   }
 
   Eval evaluate_layered(Vec3s<N> wi, F cos_pi) const {
@@ -236,15 +335,38 @@ class BsdfLanes {
         diffuse_ * (interface_.coupling(interface_.albedo(e)) * kInvPi) + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);
     const auto reflection = facets_.reflection(prob_specular_, wi, h);
-    const Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
-    const Vec3s<N> glossy = specular_.fresnel(dot(facets_.wo, h)) * reflection.value_cos;
+    Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
+    Vec3s<N> glossy = specular_.fresnel(dot(facets_.wo, h)) * reflection.value_cos;
     Eval out = {diffuse + glossy, prob_diffuse_ * cos_pi + reflection.pdf_solid_angle};
+    if (glass_) {
+      add_glass(wi, diffuse, glossy, out);
+    }
     if (top_) {
       const Vec3s<N> bare = out.value_cos;
       top_->add(wi, diffuse, glossy, {prob_sheen_, top_->rough(prob_coat_)}, out);
       out.value_cos = select(has_top_, out.value_cos, bare);
     }
     return out;
+  }
+
+  /// Adds solid glass and its multiple scattering. diffuse, glossy: their parts of the value.
+  [[gnu::noinline]] void add_glass(Vec3s<N> wi, Vec3s<N>& diffuse, Vec3s<N>& glossy,
+                                   Eval& out) const {
+    const Mask<N> above = wi.z > 0;
+    const F mu = abs(wi.z);
+    const F prob = select(above, prob_diffuse_, prob_below_);
+    Vec3s<N> spread = select(above, diffuse, black());
+    if (glass_->has_multiple()) {
+      spread =
+          spread + select(prob > 0, glass_->multiple(mu, above, facets_.roughness) * mu, black());
+    }
+    const F bare = select(above, out.pdf_solid_angle, prob_below_ * (mu * kInvPi));
+    Eval lobe = {select(above, glossy, black()), select(is_even_, prob * (0.5F * kInvPi), bare)};
+    glass_->add(facets_, prob_glass_, wi, lobe);
+    diffuse = select(is_solid_, spread, diffuse);
+    glossy = select(is_solid_, lobe.value_cos, glossy);
+    out.value_cos = select(is_solid_, spread + lobe.value_cos, out.value_cos);
+    out.pdf_solid_angle = select(is_solid_, lobe.pdf_solid_angle, out.pdf_solid_angle);
   }
 
   Vec3s<N> ng_;
@@ -261,6 +383,11 @@ class BsdfLanes {
   PlainSpecularOf<F> specular_;
   Vec3s<N> diffuse_;
   F prob_diffuse_, prob_specular_;
+  // For lanes on the boundaries of solids.
+  std::optional<Glass> glass_;
+  Mask<N> is_solid_;
+  Mask<N> is_even_;  ///< as DiffuseLobe::is_even
+  F prob_glass_, prob_below_;
   // For lanes with layers.
   std::optional<TopLayersOf<F>> top_;
   Mask<N> has_top_;

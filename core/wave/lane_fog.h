@@ -137,6 +137,7 @@ void LaneTracer<N, Options>::scatter_in_fog(Wave& wave, const FogVertex& at, int
          .cone_width_m = at.cone_width_m.v[k],
          .cone_spread_rad = at.cone_spread_rad.v[k] + kMediumConeSpread,
          .is_sharp = 0,
+         .medium = 0,
          .base = base[k],
          .index_reversed = at.numbers.index_reversed.v[k],
          .slot = at.numbers.slot.v[k],

@@ -12,7 +12,7 @@ template <std::size_t N, typename Options>
     const Vertex& at, const BsdfLanes<N>& bsdf, Mask<N> asked, Floats<N> u_pick, Vec2s<N> u) const
     -> Unshadowed {
   const SurfaceLanes<N>& s = at.met.surface;
-  Unshadowed out = {lights_.sample(asked, s.origin, s.horizon, u_pick, u), {}, {}, {}};
+  Unshadowed out = {lights_.sample(asked, s.origin, *at.light_normal, u_pick, u), {}, {}, {}};
   const LightLanes<N>& light = out.light;
   out.lit = asked & (light.pdf_solid_angle > Floats<N>(0)) & is_not_black(light.radiance);
   if (!out.lit.any()) {
@@ -103,14 +103,14 @@ void LaneTracer<N, Options>::add_light_samples(Wave& wave, const Vertex& at,
   }
   add_shadows(wave,
               {origin, light, sampled.value * (sampled.scale * share), at.met.cone_width_m,
-               at.is_sharp, slot},
+               at.is_sharp, slot, medium_beyond(at, ~above)},
               taken);
 }
 
 template <std::size_t N, typename Options>
 [[gnu::always_inline]] inline void LaneTracer<N, Options>::add_shadows(Wave& wave,
                                                                        const Shadows& of,
-                                                                       unsigned taken) {
+                                                                       unsigned taken) const {
   WaveShadows& to = wave.shadows;
   const LightLanes<N>& light = of.light;
   compress(to.origin, to.count, of.origin, taken);
@@ -120,6 +120,9 @@ template <std::size_t N, typename Options>
   compress(to.value, to.count, of.value, taken);
   compress(to.cone_width_m.at + to.count, of.cone_width_m, taken);
   compress(to.is_sharp.at + to.count, of.is_sharp, taken);
+  if (scene_.has_volumes) {
+    compress(to.medium.at + to.count, of.medium, taken);
+  }
   compress(to.slot.at + to.count, of.slot, taken);
   if constexpr (kHasLedger) {
     compress(to.light.at + to.count, light.light, taken);
@@ -154,6 +157,7 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
     }
     unsigned occluded = 0;
     unsigned alone = 0;  // may be transmitted in part
+    const unsigned within = scene_.has_volumes ? in_media<8>(shadows.medium, first) : 0;
     if (all_block) {
       occluded = active & scene_.accel->occluded8(packet.rays, active);
     } else if (has_holes_only) {
@@ -171,6 +175,7 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
       }
       alone = packet.met & ~occluded;
     }
+    alone |= active & within & ~occluded;
     rays += static_cast<std::uint64_t>(std::popcount(active & ~alone));
     if (has_fog()) {
       thin_in_fog(shadows, first, active & ~occluded & ~alone);
@@ -212,6 +217,9 @@ Vec3 LaneTracer<N, Options>::transmittance(const Wave& wave, std::size_t i, int 
   path.depth = depth;
   path.cone_width_m = shadows.cone_width_m.at[i];
   path.is_sharp = shadows.is_sharp.at[i] != 0;
+  if (const std::int32_t medium = scene_.has_volumes ? shadows.medium.at[i] : 0; medium > 0) {
+    path.media.enter(solid_of(medium));
+  }
   if (is_open_) {
     path.ray.time = wave.results.time.at[slot_of(shadows.slot.at[i])];
   }

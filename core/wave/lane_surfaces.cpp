@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "core/math/offset_ray.h"
+#include "core/transport/solid_faces.h"
 #include "core/wave/lane_maps.h"
 
 namespace core {
@@ -16,15 +17,28 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
           normal.description.uv_set != mesh.tangent_uv_set);
 }
 
-bool is_unsupported(const Material& m) {
-  return m.factors.iridescence > 0 || m.transmits || m.is_volume || m.is_clear || m.factors.unlit ||
-         m.factors.anisotropy > 0;
+/// is_solid: the material is on the boundary of a solid; else light that it transmits passes a thin
+/// wall.
+bool is_unsupported(const Material& m, bool is_solid) {
+  return m.factors.iridescence > 0 || (m.transmits && !is_solid) || m.is_clear || m.factors.unlit ||
+         m.factors.anisotropy > 0 || m.factors.diffuse_transmission > 0;
 }
 
 /// A texture and a coat change emission from point to point; of these surfaces, lanes handle only
 /// the triangles that are dark.
 bool shines_alone(const Material& m) {
   return m.is_emissive && (m.emissive.texture != nullptr || m.factors.clearcoat > 0);
+}
+
+/// Adds a lane on the boundary of a solid.
+template <std::size_t N>
+void set_solid(LaneHits<N>& out, std::size_t k, const BsdfParameters& b) {
+  if (out.solid == 0) {
+    out.solids = {Floats<N>(0), Vec3s<N>(Vec3{1, 1, 1}), Floats<N>(1), Mask<N>::of(0)};
+  }
+  out.solid |= 1U << k;
+  out.solids.transmission.v[k] = b.transmission;
+  out.solids.specular_color.set(k, {b.specular_color.r, b.specular_color.g, b.specular_color.b});
 }
 
 /// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
@@ -48,6 +62,12 @@ template <std::size_t N>
 
 }  // namespace
 
+bool lanes_support(const SceneData& scene, const Solid& solid) noexcept {
+  const Material& m = *solid.material;
+  return !scene.has_solid_holes && solid.kind != SolidKind::kCavity && !m.medium.scatters() &&
+         !(m.factors.dispersion > 0);
+}
+
 LaneSurfaces::~LaneSurfaces() = default;
 
 template <std::size_t N>
@@ -56,12 +76,13 @@ struct LaneSurfaces::Rows {
   const float* normals[3][N];
   const float* material[4][N];
   Vec4 placed[3][N];  ///< positions of instances
-  Vec4 turned[3][N];  ///< normals; w: 1 if not yet normalised, as for instances
+  Vec4 turned[3][N];  ///< normals of instances and motion, not normalised
   alignas(32) float mirror[N];
   alignas(32) float spread[N];  ///< InstanceError
   alignas(32) float place_m[N];
   alignas(32) std::int32_t light[N];
   unsigned smooth = 0;
+  unsigned moved = 0;          ///< those of `turned`
   unsigned round[2] = {0, 0};  ///< MeshData::round_sides: front, back
   unsigned double_sided = 0;
 
@@ -93,7 +114,7 @@ struct LaneSurfaces::Rows {
   }
 };
 
-LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
+LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(scene) {
   for (const Material& m : scene.materials) {
     const BsdfParameters& b = m.plain;
     const Rgb e = m.is_emissive && !shines_alone(m) ? m.factors.emissive : Rgb{};
@@ -110,19 +131,25 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene) : scene_(scene) {
                       !turns_tangents(mesh, m.clearcoat_normal);
     const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
     has_layers_ = has_layers_ || has_layers;
-    const Kind kind = is_unsupported(m) ? Kind::kUnsupported
-                      : is_plain        ? Kind::kPlain
-                      : maps            ? Kind::kMapped
-                                        : Kind::kTextured;
+    const bool is_solid = placed.solid != kNoSolid;
+    const bool is_supported =
+        !is_unsupported(m, is_solid) &&
+
+        (!is_solid || (has_solids && lanes_support(scene, scene.solids[placed.solid])));
+    has_solids_ = has_solids_ || (is_solid && is_supported);
+    const Kind kind = !is_supported ? Kind::kUnsupported
+                      : is_plain    ? Kind::kPlain
+                      : maps        ? Kind::kMapped
+                                    : Kind::kTextured;
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back({mesh.positions.data(), data(mesh.normals), data(mesh.round_sides),
-                       mesh.indices.data(), &materials_[mesh.material],
-                       maps ? &maps_[mesh.material] : nullptr, maps ? data(*uv) : nullptr,
-                       data(mesh.tangents), placed.first_light, kind,
+    placed_.push_back({mesh.positions.data(), data(mesh.normals),
+                       m.transmits ? nullptr : data(mesh.round_sides), mesh.indices.data(),
+                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
+                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
                        mesh.later.empty() ? nullptr : &mesh, m.has_alpha, m.is_clear,
-                       m.factors.double_sided, shines_alone(m), has_layers});
+                       m.factors.double_sided, shines_alone(m), has_layers, placed.solid});
   }
 }
 
@@ -133,6 +160,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   unsigned plain = 0;
   unsigned mapped = 0;
   unsigned textured = 0;
+  unsigned front = 0;
   out.unsupported = 0;
   const auto instance_of = [this](const RawHit& hit) {
     return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
@@ -163,6 +191,10 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     if (has_layers_) {
       load_layers(hits, plain | mapped, out);
     }
+    if (has_solids_) {
+      front = (triangles.side > Floats<N>(0)).bits();
+      load_solids(hits, plain | mapped, out);
+    }
     if (mapped != 0) {
       MapRows<N> maps;
       for (unsigned rest = mapped; rest != 0; rest &= rest - 1) {
@@ -179,7 +211,11 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   }
   for (; textured != 0; textured &= textured - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(textured));
-    meet_textured(segments, hits[k], k, out);
+    const bool is_front = meet_textured(segments, hits[k], k, out);
+    front = (front & ~(1U << k)) | (is_front ? 1U << k : 0U);
+  }
+  if (out.solid != 0) {
+    cross_solids(segments, hits, front, out);
   }
 }
 
@@ -209,16 +245,20 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   }
   if (mesh.normals != nullptr) {
     rows.smooth |= 1U << k;
+    rows.moved |= to_world != nullptr ? 1U << k : 0U;
     if (mesh.round_sides != nullptr) {
       const unsigned sides = mesh.round_sides[hit.primitive];
       rows.round[0] |= (sides & 1U) << k;
       rows.round[1] |= (sides >> 1 & 1U) << k;
     }
     for (std::size_t c = 0; c < 3; ++c) {
-      const Vec3 m = mesh.normals[v[c]];
-      const Vec3 n = to_world == nullptr ? m : to_world->normal(m);
-      rows.turned[c][k] = {n.x, n.y, n.z, to_world == nullptr ? 0.0F : 1.0F};
-      rows.normals[c][k] = &rows.turned[c][k].x;
+      const Vec3& given = mesh.normals[v[c]];
+      rows.normals[c][k] = &given.x;
+      if (to_world != nullptr) {
+        const Vec3 n = to_world->normal(given);
+        rows.turned[c][k] = {n.x, n.y, n.z, 0};
+        rows.normals[c][k] = &rows.turned[c][k].x;
+      }
     }
   }
 }
@@ -235,7 +275,9 @@ template <std::size_t N>
     rows.positions[c][k] = &rows.placed[c][k].x;
     if (!mesh.normals.empty()) {
       const Vec3 n = mesh.at_time(&MovedVertices::normals, mesh.normals[v[c]], v[c], time);
-      rows.turned[c][k] = {n.x, n.y, n.z, 1};
+      rows.turned[c][k] = {n.x, n.y, n.z, 0};
+      rows.normals[c][k] = &rows.turned[c][k].x;
+      rows.moved |= 1U << k;
     }
   }
 }
@@ -260,6 +302,59 @@ void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>
     out.layers.clearcoat_roughness.v[k] = f.clearcoat_roughness;
     out.layers.sheen_color.set(k, {f.sheen_color.r, f.sheen_color.g, f.sheen_color.b});
     out.layers.sheen_roughness.v[k] = f.sheen_roughness;
+  }
+}
+
+/// Loads the factors of solids in the lanes of `on`.
+template <std::size_t N>
+[[gnu::noinline]] void LaneSurfaces::load_solids(const RawHit (&hits)[N], unsigned on,
+                                                 LaneHits<N>& out) const {
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    if (entry_of(hits[k]).solid != kNoSolid) {
+      const Material& m =
+          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
+      set_solid(out, k, m.plain);
+    }
+  }
+}
+
+/// Finds the media beyond the boundaries of solids. What is not a single face between a solid and
+/// the outside becomes unsupported. front: bits of the lanes that see the front of the triangle.
+template <std::size_t N>
+[[gnu::noinline]] void LaneSurfaces::cross_solids(const SegmentLanes<N>& segments,
+                                                  const RawHit (&hits)[N], unsigned front,
+                                                  LaneHits<N>& out) const {
+  for (unsigned rest = out.solid; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const std::uint32_t id = entry_of(hits[k]).solid;
+    const Solid& solid = scene_.solids[id];
+    const auto number = static_cast<std::int32_t>(id) + 1;
+    const bool is_front = (front >> k & 1U) != 0;
+    const Ray ray = {.origin = segments.origin.lane(k),
+                     .direction = segments.direction.lane(k),
+                     .time = segments.time.v[k]};
+    SurfacePoint point;
+    point.position = out.position.lane(k);
+    point.normal_geometric = out.surface.normal_geometric.lane(k) * (is_front ? 1.0F : -1.0F);
+    point.error_m = out.surface.error_m.v[k];
+    const bool inwards = is_inwards(solid, point.normal_geometric, ray.direction);
+    if (segments.medium.v[k] != (inwards ? 0 : number)) {
+      out.unsupported |= 1U << k;
+      continue;
+    }
+    MediumStack media;
+    if (!inwards) {
+      media.enter(solid);
+    }
+    const FacesAt faces = faces_at(scene_, hits[k], point, ray, media);
+    if (faces.instead || faces.beyond.size() != (inwards ? 1U : 0U)) {
+      out.unsupported |= 1U << k;
+    }
+    out.surface.error_m.v[k] = faces.error_m;
+    out.solids.ior.v[k] = std::max(solid.material->factors.ior, 1.0F);
+    out.solids.inside.v[k] = inwards ? 0 : -1;
+    out.beyond.v[k] = inwards ? number : 0;
   }
 }
 
@@ -324,8 +419,10 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   if (rows.smooth != 0) {
     Corners<Vec3s<N>> corner;
     for (std::size_t c = 0; c < 3; ++c) {
-      const Vec3s<N> as_given = gather(rows.normals[c], behind);
-      corner[c] = select(behind > zero, normalize_or(as_given, geometric), as_given);
+      corner[c] = gather(rows.normals[c], behind);
+      if (rows.moved != 0) {
+        corner[c] = select(Mask<N>::of(rows.moved), normalize_or(corner[c], geometric), corner[c]);
+      }
     }
     const Mask<N> is_smooth = Mask<N>::of(rows.smooth);
     shading = select(is_smooth, normalize_or(blend(corner, b), geometric), geometric);
@@ -364,8 +461,9 @@ bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
          !is_black(scene_.triangle_lights[mesh.first_light + hit.primitive].radiance);
 }
 
+/// Returns whether the front is hit.
 template <std::size_t N>
-void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
+bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
                                  LaneHits<N>& out) const {
   const Ray ray = {.origin = segments.origin.lane(k),
                    .direction = segments.direction.lane(k),
@@ -408,6 +506,10 @@ void LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   out.light.v[k] = static_cast<std::int32_t>(point.light);
   out.distance_m.v[k] = distance;
   out.cone_width_m.v[k] = cone;
+  if (entry_of(hit).solid != kNoSolid) {
+    set_solid(out, k, b);
+  }
+  return shading.front;
 }
 
 #ifdef __AVX2__

@@ -5,6 +5,7 @@
 /// All others are `unsupported`: the lanes cannot evaluate them.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/materials/shade.h"
@@ -22,6 +23,7 @@ struct SegmentLanes {
   Floats<N> cone_spread_rad;
   Ints<N> is_sharp;
   Floats<N> time{0};  ///< while the shutter is open
+  Ints<N> medium;     ///< as in PathMembers
 };
 
 /// The surfaces they hit.
@@ -36,7 +38,17 @@ struct LaneHits {
   unsigned unsupported = 0;  ///< bits of the lanes whose surfaces are unsupported
   unsigned layered = 0;      ///< those with clearcoat or sheen
   LayerLanes<N> layers;      ///< valid if any is layered; in the frame of the surface's normal
+  unsigned solid = 0;        ///< those on the boundary of a solid; valid if not 0:
+  SolidLanes<N> solids;
+  Ints<N> beyond;  ///< the medium on the other side
 };
+
+/// Returns eta_scale of a path that came into the solid by refraction.
+inline float eta_scale_within(const Solid& solid) noexcept {
+  return square(std::max(solid.material->factors.ior, 1.0F));
+}
+/// Returns whether lanes support paths in this solid and through its boundary.
+bool lanes_support(const SceneData& scene, const Solid& solid) noexcept;
 
 struct LaneMaps;
 template <std::size_t N>
@@ -46,7 +58,8 @@ struct TriangleLanes;
 
 class LaneSurfaces {
  public:
-  explicit LaneSurfaces(const SceneData& scene);
+  /// has_solids: whether solids are supported.
+  LaneSurfaces(const SceneData& scene, bool has_solids);
   ~LaneSurfaces();
 
   /// Evaluates the lanes in `on`; the results of the others are unspecified. hits: of lane 0,
@@ -85,8 +98,9 @@ class LaneSurfaces {
     bool may_be_hole;
     bool is_clear;
     bool is_double_sided;
-    bool shines_alone;  ///< emission is evaluated lane by lane
-    bool has_layers;    ///< clearcoat or sheen
+    bool shines_alone;    ///< emission is evaluated lane by lane
+    bool has_layers;      ///< clearcoat or sheen
+    std::uint32_t solid;  ///< PlacedMesh::solid
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
   template <std::size_t N>
@@ -113,7 +127,12 @@ class LaneSurfaces {
   template <std::size_t N>
   void load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
-  void meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
+  void load_solids(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
+  template <std::size_t N>
+  void cross_solids(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned front,
+                    LaneHits<N>& out) const;
+  template <std::size_t N>
+  bool meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
                      LaneHits<N>& out) const;
 
   const SceneData& scene_;
@@ -121,6 +140,7 @@ class LaneSurfaces {
   std::vector<LaneMaps> maps_;  ///< as SceneData::materials
   std::vector<Entry> placed_;   ///< as SceneData::placed
   bool has_layers_ = false;     ///< some surface has clearcoat or sheen
+  bool has_solids_ = false;     ///< lanes support some solid
 };
 
 }  // namespace core

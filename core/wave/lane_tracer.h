@@ -62,7 +62,7 @@ class LaneTracer final : public WaveTracer {
         fog_(scalar_.fog()),
         lights_(scene_, scalar_.lights()),
         sky_(input.environment, scalar_.lights().sky_density()),
-        surfaces_(scene_),
+        surfaces_(scene_, !Options::is_spectral && !has_fog()),
         is_open_(input.settings.shutter_seconds > 0),
         moves_(is_open_ && std::any_of(scene_.meshes.begin(), scene_.meshes.end(),
                                        [](const MeshData& mesh) { return !mesh.later.empty(); })),
@@ -107,6 +107,9 @@ class LaneTracer final : public WaveTracer {
     Floats<N> cone_spread_rad;
     Ints<N> is_sharp;
     Ints<N> medium_scatterings;
+    Ints<N> medium;
+    const Vec3s<N>* light_normal;  ///< as of LastScattering
+    Vec3s<N> normal_or_none;       ///< zero where light comes from both sides
     Colors colors;
   };
   using Numbers = PathNumbers<N>;
@@ -155,9 +158,14 @@ class LaneTracer final : public WaveTracer {
     Vec3s<N> beta;
     Mask<N> survives;
   };
-  [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u) {
-    const Floats<N> survive = continuation_probability(
-        max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z))), pdf);
+  /// eta_scale: as in PathState; null: 1.
+  [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u,
+                                                        const Floats<N>* eta_scale = nullptr) {
+    Floats<N> size = max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z)));
+    if (eta_scale != nullptr) {
+      size = size * *eta_scale;
+    }
+    const Floats<N> survive = continuation_probability(size, pdf);
     const Mask<N> faint = survive < Floats<N>(1);
     return {select(faint, beta * (Floats<N>(1) / survive), beta), ~(faint & (u >= survive))};
   }
@@ -177,8 +185,9 @@ class LaneTracer final : public WaveTracer {
     Floats<N> cone_width_m;
     Ints<N> is_sharp;
     Ints<N> slot;
+    Ints<N> medium = 0;
   };
-  [[gnu::always_inline]] static void add_shadows(Wave& wave, const Shadows& of, unsigned taken);
+  [[gnu::always_inline]] void add_shadows(Wave& wave, const Shadows& of, unsigned taken) const;
   template <typename Group>
   void add_emission(Wave& wave, std::size_t i, const LaneHits<N>& met, std::size_t lane,
                     Group&& group, int depth) const;
@@ -187,6 +196,18 @@ class LaneTracer final : public WaveTracer {
                                      const Numbers& numbers) const;
   void leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
                    std::uint64_t& rays) const;
+  const Solid& solid_of(std::int32_t medium) const {
+    return scene_.solids[static_cast<std::size_t>(medium) - 1];
+  }
+  /// Returns the medium of paths `through` the surface, or not.
+  Ints<N> medium_beyond(const Vertex& at, Mask<N> through) const {
+    return at.met.solid == 0
+               ? at.medium
+               : select(through & Mask<N>::of(at.met.solid), at.met.beyond, at.medium);
+  }
+  [[gnu::noinline]] void absorb(Wave& wave, std::size_t first, unsigned on,
+                                Floats<N> distance_m) const;
+  [[gnu::noinline]] Floats<N> eta_scale(Mask<N> on, Ints<N> medium) const;
   void advance(Wave& wave, std::size_t first, unsigned met, unsigned active, int depth,
                std::uint64_t& rays) const;
   struct FogVertex;

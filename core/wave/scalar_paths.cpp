@@ -2,21 +2,23 @@
 
 #include <cmath>
 
+#include "core/wave/lane_surfaces.h"
+
 namespace core {
 namespace {
 
-/// Returns whether lanes can continue the path: they support neither enclosing solids nor a
-/// wavelength of its own. Those out of scattering solids, at depths of their own, would be alone
-/// there. Outside of all solids eta_scale differs from 1 only by rounding: two roundings for
-/// each of at most 16 boundaries.
-bool is_for_lanes(const TracedPath& path) noexcept {
+/// Returns whether lanes can continue the path: they support neither nested solids nor a wavelength
+/// of its own. Those out of scattering solids, at depths of their own, would be alone there.
+/// eta_scale differs from that of lanes only by rounding: two roundings for each of at most 16
+/// boundaries. has_solids: as LaneSurfaces.
+bool is_for_lanes(const SceneData& scene, const TracedPath& path, bool has_solids) noexcept {
   constexpr float kRounding = 32 * 0x1p-24F;
-  const Vec3 n = path.last.light_normal;
-  const bool may_be_lit_from_behind = dot(n, n) == 0;
-  return path.media.empty() && std::fabs(path.eta_scale - 1) <= kRounding &&
-         path.wavelength_nm == 0 && path.null_scatterings == 0 &&
-         (path.medium_scatterings == 0 || path.fog != nullptr) &&
-         !(path.last.pdf_bsdf > 0 && may_be_lit_from_behind);
+  const Solid* within = path.media.top();
+  const float scale = within != nullptr ? eta_scale_within(*within) : 1;
+  return path.media.size() <= 1 &&
+         (within == nullptr || (has_solids && lanes_support(scene, *within))) &&
+         std::fabs(path.eta_scale - scale) <= kRounding * scale && path.wavelength_nm == 0 &&
+         path.null_scatterings == 0 && (path.medium_scatterings == 0 || path.fog != nullptr);
 }
 
 /// Calls move(member of WavePath, the same one of PathState) for what both have.
@@ -43,12 +45,15 @@ void copy(Rgb from, Vec3& to) { to = {from.r, from.g, from.b}; }
 void copy(std::int32_t from, bool& to) { to = from != 0; }
 void copy(bool from, std::int32_t& to) { to = from ? 1 : 0; }
 
-void add_waiting(Wave& wave, const TracedPath& path, std::int32_t slot) noexcept {
+void add_waiting(const SceneData& scene, Wave& wave, const TracedPath& path,
+                 std::int32_t slot) noexcept {
   WavePath& back = wave.waiting.emplace_back(ReturnedPath{path.depth, {}}).path;
   for_each_pair(back, path, [](auto& to, const auto& from) { copy(from, to); });
   back.base = path.sampler.base();
   back.index_reversed = reverse_bits(path.sampler.index());
   back.slot = slot;
+  const Solid* within = path.media.top();
+  back.medium = within != nullptr ? static_cast<std::int32_t>(within - scene.solids.data()) + 1 : 0;
 }
 
 }  // namespace
@@ -76,9 +81,9 @@ void ScalarPaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slo
       return;
     }
     // Lanes weight a continuation by the number of branches: one that was not split stays here.
-    if (!scalar_.sees_backdrop(path) && is_for_lanes(path) &&
+    if (!scalar_.sees_backdrop(path) && is_for_lanes(scalar_.scene(), path, has_solids()) &&
         path.branch_weight == 1 / static_cast<float>(split_count_)) {
-      add_waiting(wave, path, slot);
+      add_waiting(scalar_.scene(), wave, path, slot);
       return;
     }
   }
@@ -107,8 +112,8 @@ void ScalarPaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex&
     branch.out.alpha = 0;
     const std::int32_t branch_slot = slot + ((k + 1) << kContinuationShift);
     if (extend(branch, vertex, bsdf)) {
-      if (!scalar_.sees_backdrop(branch) && is_for_lanes(branch)) {
-        add_waiting(wave, branch, branch_slot);
+      if (!scalar_.sees_backdrop(branch) && is_for_lanes(scalar_.scene(), branch, has_solids())) {
+        add_waiting(scalar_.scene(), wave, branch, branch_slot);
       } else {
         follow(wave, branch, branch_slot);
       }
@@ -138,6 +143,11 @@ TracedPath ScalarPaths<Options>::handed_over(const WavePath& from, const PathSam
     path.fog = scalar_.fog();
   }
   path.last.light_samples = static_cast<float>(scalar_.options().candidates);
+  if (from.medium > 0) {
+    const Solid& within = scalar_.scene().solids[static_cast<std::size_t>(from.medium) - 1];
+    path.media.enter(within);
+    path.eta_scale = eta_scale_within(within);
+  }
   return path;
 }
 

@@ -32,6 +32,7 @@ class ScalarPaths {
   static void take_back(Wave& wave, int depth) noexcept;
 
  private:
+  bool has_solids() const noexcept { return !Options::is_spectral && scalar_.fog() == nullptr; }
   using Surface = typename Options::Surface;
   bool extend(TracedPath& path, const PathVertex& vertex, const Surface& bsdf) const noexcept;
   void split(Wave& wave, TracedPath& path, const PathVertex& vertex, const Surface& bsdf,

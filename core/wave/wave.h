@@ -4,7 +4,7 @@
 /// directions before any of them continues; terminated paths are removed and the arrays compacted.
 /// A path uses the same random numbers as in PathTracer, and its result is a function of them
 /// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
-/// wave. At surfaces that lanes do not support (glass, films, holes among solids) a path is handed
+/// wave. At surfaces that lanes do not support (thin walls, films, nested solids) a path is handed
 /// to PathTracer, which returns it after them. On a catcher the light that the model blocks is
 /// summed beside the light that it bounces, and both are combined at the end. Source of the order
 /// of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al., Vectorized
@@ -61,7 +61,8 @@ struct PathMembers {
   Of<float> cone_width_m;
   Of<float> cone_spread_rad;
   Of<std::int32_t> is_sharp;
-  Of<std::uint64_t> base;  ///< of the path's sampler, for sobol
+  Of<std::int32_t> medium;  ///< the solid around the segment, from 1; 0: none
+  Of<std::uint64_t> base;   ///< of the path's sampler, for sobol
   Of<std::uint32_t> index_reversed;
   Of<std::int32_t> slot;                ///< see slot_of()
   Of<std::int32_t> medium_scatterings;  ///< as in PathState; of jobs with media
@@ -79,6 +80,7 @@ template <bool kHasMedia, typename Visit>
   visit([](auto& p) -> auto& { return p.cone_width_m; });
   visit([](auto& p) -> auto& { return p.cone_spread_rad; });
   visit([](auto& p) -> auto& { return p.is_sharp; });
+  visit([](auto& p) -> auto& { return p.medium; });
   visit([](auto& p) -> auto& { return p.base; });
   visit([](auto& p) -> auto& { return p.index_reversed; });
   visit([](auto& p) -> auto& { return p.slot; });
@@ -131,6 +133,7 @@ struct WaveShadows {
   WaveVec3 value;  ///< added to the pixel if unoccluded
   WaveFloats cone_width_m;
   WaveArray<std::int32_t> is_sharp;
+  WaveArray<std::int32_t> medium;  ///< as of paths; unset in scenes without solids
   WaveArray<std::int32_t> slot;
   WaveArray<std::int32_t> light;  ///< as in LightSample; for shares of the light
   std::size_t count = 0;

@@ -161,6 +161,11 @@ Floats<N> times_of(const Wave& wave, const std::int32_t* slots, unsigned on) {
   }
   return out;
 }
+/// Returns the bits of the paths from `first` on that are in a solid.
+template <std::size_t N>
+unsigned in_media(const WaveArray<std::int32_t>& medium, std::size_t first) {
+  return (Ints<N>(0) < load<N>(medium.at + first)).bits();
+}
 inline unsigned lanes_below(std::size_t count) { return count >= 8 ? 0xffU : (1U << count) - 1; }
 /// Fills the packet of eight that starts at `first`.
 inline void fill(RayPacket& packet, const WaveVec3& origin, const WaveVec3& direction,

@@ -50,6 +50,7 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     store(paths.last_origin, to, nothing);
     store(paths.last_normal, to, nothing);
     store(paths.is_sharp.at + to, Ints<N>(1));
+    store(paths.medium.at + to, Ints<N>(0));
     if constexpr (Options::has_media) {
       store(paths.medium_scatterings.at + to, Ints<N>(0));
     }
@@ -274,6 +275,32 @@ void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit
   }
 }
 
+/// Multiplies the throughput of paths [first, first + N) of `on` by the transmittance of the solids
+/// around them.
+template <std::size_t N, typename Options>
+void LaneTracer<N, Options>::absorb(Wave& wave, std::size_t first, unsigned on,
+                                    Floats<N> distance_m) const {
+  WavePaths& paths = wave.paths;
+  for (on &= in_media<N>(paths.medium, first); on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    const Rgb sigma_t = solid_of(paths.medium.at[first + k]).material->medium.sigma_t;
+    if (!is_black(sigma_t)) {
+      const Rgb passed = core::transmittance(sigma_t, distance_m.v[k]);
+      paths.beta.set(first + k, paths.beta.get(first + k) * Vec3{passed.r, passed.g, passed.b});
+    }
+  }
+}
+
+template <std::size_t N, typename Options>
+Floats<N> LaneTracer<N, Options>::eta_scale(Mask<N> on, Ints<N> medium) const {
+  Floats<N> out(1);
+  for (unsigned rest = (on & (Ints<N>(0) < medium)).bits(); rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    out.v[k] = eta_scale_within(solid_of(medium.v[k]));
+  }
+  return out;
+}
+
 template <std::size_t N, typename Options>
 Vec4s<N> LaneTracer<N, Options>::draw(const Wave& wave, const Numbers& numbers, unsigned on,
                                       int group, Drawn drawn) const {
@@ -303,6 +330,7 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   segments.cone_width_m = load<N>(paths.cone_width_m.at + first);
   segments.cone_spread_rad = load<N>(paths.cone_spread_rad.at + first);
   segments.is_sharp = load<N>(paths.is_sharp.at + first);
+  segments.medium = load<N>(paths.medium.at + first);
   if (moves_) {
     segments.time = times_of<N>(wave, paths.slot.at + first, met);
   }
@@ -323,6 +351,10 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
   at.met.unsupported |= alone;
+  if (scene_.has_volumes) {
+    at.met.unsupported |= depth == 0 && backdrop_.is_through_glass() ? at.met.solid : 0;
+    absorb(wave, first, met & ~at.met.unsupported, at.met.distance_m);
+  }
   unsigned on = met & ~at.met.unsupported;
   if constexpr (Options::has_media) {
     if (has_fog()) {
@@ -368,13 +400,15 @@ template <std::size_t N, typename Options>
   at.beta = load<N>(paths.beta, first);
   at.cone_spread_rad = segments.cone_spread_rad;
   at.is_sharp = segments.is_sharp;
+  at.medium = segments.medium;
   if constexpr (Options::has_media) {
     at.medium_scatterings = load<N>(paths.medium_scatterings.at + first);
   }
   at.frame = frame_from_normal(s.normal);
   const auto make_bsdf = [&at, &s ]() __attribute__((always_inline)) {
     return BsdfLanes<N>(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
-                        at.met.layered == 0 ? nullptr : &at.met.layers);
+                        at.met.layered == 0 ? nullptr : &at.met.layers,
+                        at.met.solid == 0 ? nullptr : &at.met.solids);
   };
   [[maybe_unused]] Vec3s<N> albedo;
   if constexpr (Options::is_spectral) {
@@ -388,6 +422,11 @@ template <std::size_t N, typename Options>
     at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
   }
   const BsdfLanes<N> bsdf = make_bsdf();
+  at.light_normal = &s.horizon;
+  if (at.met.solid != 0) {
+    at.normal_or_none = select(bsdf.transmits(), Vec3s<N>(Vec3{}), s.horizon);
+    at.light_normal = &at.normal_or_none;
+  }
   const Numbers numbers = Numbers::load(paths, first);
   if (depth == 0) {
     keep_first_surface<N>(
@@ -431,8 +470,14 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   const Vec3s<N> wi = at.frame.to_world(sample.wi);
   const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
   Vec3s<N> beta = at.beta * sample.weight;
+  const Ints<N> medium = medium_beyond(at, through);
   if constexpr (!kCatches) {
-    const auto [kept, survives] = after_roulette(beta, sample.pdf_solid_angle, u_light.w);
+    Floats<N> scale;
+    if (scene_.has_volumes) {
+      scale = eta_scale(alive, medium);
+    }
+    const auto [kept, survives] = after_roulette(beta, sample.pdf_solid_angle, u_light.w,
+                                                 scene_.has_volumes ? &scale : nullptr);
     beta = kept;
     alive = alive & survives;
   }
@@ -449,11 +494,12 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
       .beta = beta,
       .pdf_bsdf = sample.pdf_solid_angle,
       .last_origin = s.origin,
-      .last_normal = s.horizon,
+      .last_normal = *at.light_normal,
       .cone_width_m = at.met.cone_width_m,
       .cone_spread_rad =
           at.cone_spread_rad + select(spreads, kConeSpreadOfWidth * s.alpha, Floats<N>(0)),
       .is_sharp = select(spreads, Ints<N>(0), at.is_sharp),
+      .medium = medium,
       .base = numbers.base,
       .index_reversed = numbers.index_reversed,
       .slot = numbers.slot,

@@ -29,6 +29,7 @@ using core::Vec3;
 using test_support::Random;
 
 constexpr int kSettings = 200;
+constexpr int kGlassSettings = 60;
 constexpr int kSide = 8;
 constexpr int kSamples = 4;
 /// Settings with a larger film, whose paths fill waves; of those with a catcher, which needs room
@@ -50,6 +51,7 @@ class Draw {
     return values[static_cast<std::size_t>(below(static_cast<int>(N)))];
   }
   /// Adds a word to the description of what was drawn.
+  bool glass_only = false;  ///< of closed shapes, without a catcher
   void say(const std::string& word) { words_ += (words_.empty() ? "" : ", ") + word; }
   const std::string& words() const { return words_; }
 
@@ -64,6 +66,8 @@ enum class Fault {
   kNoSun,
   kRougher,
   kThinnerLayers,
+  kDenserGlass,
+  kClearerGlass,
   kOtherTexels,
   kTiltedNormals,
   kOneBounceLess,
@@ -164,6 +168,30 @@ constexpr std::array kKinds = {
     Kind{"unlit", [](MaterialDescription& m, Draw&) { m.unlit = true; }},
 };
 
+constexpr std::array kGlass = {
+    Kind{"tinted glass",
+         [](MaterialDescription& m, Draw& draw) {
+           m.transmission = 1;
+           m.thickness = 1;
+           m.roughness = draw.often(0.5F) ? 0 : 0.2F;
+           m.attenuation_distance = draw.between(0.2F, 0.6F);
+           m.attenuation_color = draw.color();
+         }},
+    Kind{"unusual glass",
+         [](MaterialDescription& m, Draw& draw) {
+           m.transmission = draw.between(0.3F, 1);
+           m.thickness = 1;
+           m.ior = draw.between(1.1F, 2);
+           m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
+           m.metallic = draw.often(0.3F) ? 0.4F : 0.0F;
+           m.specular = draw.often(0.5F) ? draw.between(0, 1) : 1.0F;
+           m.specular_color = draw.often(0.5F) ? draw.color() : Rgb{1, 1, 1};
+           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
+           m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
+           m.sheen_roughness = 0.5F;
+         }},
+};
+
 /// Noise in bytes or floats.
 int add_image(core::SceneDescription& scene, Draw& draw) {
   core::Image image;
@@ -227,7 +255,8 @@ void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& d
 
 /// is_closed: the surface may bound a solid.
 int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Fault fault) {
-  const Kind& kind = kKinds[static_cast<std::size_t>(draw.below(static_cast<int>(kKinds.size())))];
+  const bool is_glass = draw.glass_only && is_closed;
+  const Kind kind = is_glass ? draw.one_of(kGlass) : draw.one_of(kKinds);
   MaterialDescription m;
   m.base_color = draw.color();
   m.metallic = 0;
@@ -247,6 +276,12 @@ int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Faul
   if (fault == Fault::kThinnerLayers) {
     m.clearcoat *= 0.9F;
     m.sheen_color = m.sheen_color * 0.9F;
+  }
+  if (fault == Fault::kDenserGlass && m.transmission > 0) {
+    m.ior += 0.05F;
+  }
+  if (fault == Fault::kClearerGlass) {
+    m.attenuation_distance *= 2;
   }
   draw.say(std::string(is_textured ? "textured " : "") + kind.name);
   scene.materials.push_back(m);
@@ -521,10 +556,11 @@ struct Setting {
   core::View view;
 };
 
-Setting setting(std::uint64_t seed, Fault fault = Fault::kNone) {
+Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, bool glass_only = false) {
   Draw draw(seed);
+  draw.glass_only = glass_only;
   core::SceneDescription scene;
-  const bool is_caught = draw.often(0.3F);
+  const bool is_caught = draw.often(0.3F) && !glass_only;
   const core::GroundSettings below = is_caught ? ground(draw, fault) : core::GroundSettings{};
   Draw more(~seed);  // leaves the other draws as they are
   const bool is_open = more.often(0.25F);
@@ -584,6 +620,34 @@ TEST(WaveProduct, RandomSettingsLookAsOnePathAtATime) {
   }
   EXPECT_EQ(full, kFullWaves);
   EXPECT_LE(count, times * kPixels / 800);
+}
+
+TEST(WaveProduct, SolidsOfGlassLookAsOnePathAtATime) {
+  constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
+  std::size_t count = 0;
+  for (std::uint64_t seed = first_seed(); seed < first_seed() + kGlassSettings; ++seed) {
+    const Setting one = setting(seed, Fault::kNone, true);
+    EXPECT_TRUE(is_served(one.view)) << "seed " << seed << ": " << one.words;
+    const std::size_t differing =
+        test_support::differing_pixels(one.view, seed % 8 == 0 ? 1 : 8, one.view, kSamples, 1);
+    EXPECT_LE(differing, kPixelsMost) << "seed " << seed << ": " << one.words;
+    count += differing;
+  }
+  EXPECT_LE(count, kGlassSettings * kPixels / 800);
+}
+
+TEST(WaveProduct, SeesPlantedFaultsOfGlass) {
+  for (const auto& [name, fault, least] : {Planted{"denser glass", Fault::kDenserGlass, 4},
+                                           Planted{"clearer glass", Fault::kClearerGlass, 1}}) {
+    int seen = 0;
+    for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
+      const core::View faulty = setting(seed, fault, true).view;
+      const core::View right = setting(seed, Fault::kNone, true).view;
+      const std::size_t differing = test_support::differing_pixels(faulty, 8, right, kSamples, 1);
+      seen += differing > kPixelsMost ? 1 : 0;
+    }
+    EXPECT_GE(seen, least) << name;
+  }
 }
 
 /// A catcher under a clear ball, in front of a grey one that is seen through it.

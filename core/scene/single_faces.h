@@ -1,0 +1,15 @@
+/// Finds the triangles of solids with which no other surface coincides.
+#pragma once
+
+#include <stop_token>
+
+#include "core/scene/scene_data.h"
+
+namespace core {
+
+/// Fills scene.single_faces and scene.edge_margin_m; leaves them empty in scenes with motion and if
+/// stop is requested. After find_solids(), the acceleration structure and
+/// the scene's radius.
+void find_single_faces(SceneData& scene, const std::stop_token& stop);
+
+}  // namespace core

@@ -328,9 +328,9 @@ unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept
 }
 
 void Accel::visit_near(Vec3 center, float radius_m,
-                       const std::function<void(const RawHit&)>& visit) const {
+                       const std::function<bool(const RawHit&)>& visit) const {
   struct Asked {
-    const std::function<void(const RawHit&)>& visit;
+    const std::function<bool(const RawHit&)>& visit;
     std::uint32_t top_geometries;
   } asked = {visit, impl_->top_geometries};
   RTCPointQuery query{center.x, center.y, center.z, 0, radius_m};
@@ -343,8 +343,9 @@ void Accel::visit_near(Vec3 center, float radius_m,
                                                     : met->context->instID[0] - to.top_geometries;
     hit.geometry = met->geomID;
     hit.primitive = met->primID;
-    to.visit(hit);
-    return false;  // the radius stays
+    const bool ends = !to.visit(hit);
+    met->query->radius = ends ? 0 : met->query->radius;
+    return ends;  // whether the radius has changed
   };
   rtcPointQuery(impl_->top, &query, &context, +meet, &asked);
 }

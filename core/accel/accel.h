@@ -102,9 +102,9 @@ class Accel {
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
   /// Calls `visit` for every triangle whose bounding box comes within `radius_m` of a point, in the
-  /// rest position; t of its hit is 0.
+  /// rest position, until it returns false; t of its hit is 0. A few calls may follow that.
   void visit_near(Vec3 center, float radius_m,
-                  const std::function<void(const RawHit&)>& visit) const;
+                  const std::function<bool(const RawHit&)>& visit) const;
   /// Returns whether Embree traces packets of eight natively.
   bool has_packets() const noexcept;
   std::size_t bytes() const noexcept;

@@ -291,9 +291,6 @@ class RoundFacets {
     const Room room(here, up, rise_m);
     bool found = false;
     scene_.accel->visit_near(middle, reach + 2 * kRoom * rise_m, [&](const RawHit& hit) {
-      if (found) {
-        return;
-      }
       const PlacedMesh& other = scene_.placed_mesh(hit);
       const Placement its = {
           static_cast<std::uint32_t>(&other - scene_.placed.data()),
@@ -301,13 +298,14 @@ class RoundFacets {
       const bool is_own = its.placed == place.placed;
       if ((is_own && hit.primitive == triangle) ||
           (place.near == Near::kOthers && its.instance == place.instance)) {
-        return;
+        return true;
       }
       const Facet there = facet(scene_.meshes[other.mesh], its, hit.primitive);
       if (room.is_beside(there.p) || (is_own && touch(here, there))) {
-        return;
+        return true;
       }
-      found = room.holds_part_of(there);
+      found = found || room.holds_part_of(there);
+      return !found;
     });
     return found;
   }

@@ -10,6 +10,10 @@ namespace {
 
 constexpr float kCosTilt = 0.8660254F;  // 30 degrees
 
+/// A face near more triangles than these, as each of many long strips is, is not known to be
+/// single: the time for all faces is bounded. A vertex of a regular mesh has six.
+constexpr int kNearMost = 64;
+
 /// A triangle of a solid, and how far faces_at() looks from its points for other faces.
 class Face {
  public:
@@ -75,11 +79,13 @@ class Face {
 
 bool is_single(const SceneData& scene, const RawHit& hit, const Face& face) {
   bool out = face.is_flat();
+  int near = 0;
   if (out) {
     scene.accel->visit_near(face.middle(), face.radius_m(), [&](const RawHit& at) {
       const bool is_own = at.instance == hit.instance && at.geometry == hit.geometry &&
                           at.primitive == hit.primitive;
-      out = out && (is_own || face.is_off(scene.corners(at)));
+      out = out && ++near <= kNearMost && (is_own || face.is_off(scene.corners(at)));
+      return out;
     });
   }
   return out;

@@ -5,7 +5,6 @@
 #include "core/samplers/dimensions.h"
 
 namespace core {
-namespace {}  // namespace
 
 MediumStretch::MediumStretch(const PathState& path, const Medium* solid, float distance_m) noexcept
     : medium_(solid),

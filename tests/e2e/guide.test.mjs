@@ -185,7 +185,11 @@ test('every flag in the guide exists', { skip }, () => {
     if (!known.has(verb)) known.set(verb, new Set(flagsIn(helpOf(verb))));
     return known.get(verb);
   };
-  const bench = fs.readFileSync(new URL('../bench/run', import.meta.url), 'utf8');
+  const scripts = ['tests/bench/run', 'server/run'].map((name) => ({
+    name,
+    flags: flagsIn(fs.readFileSync(new URL(`../../${name}`, import.meta.url), 'utf8')),
+  }));
+  const scriptOf = (word) => scripts.find(({ name }) => word.startsWith(name));
   let checked = 0;
   for (const [name, { commands, words }] of chapters) {
     for (const line of commands.join('\n').replace(/\\\n/g, ' ').split('\n')) {
@@ -198,12 +202,13 @@ test('every flag in the guide exists', { skip }, () => {
     }
     const help = spawnSync(binary, ['--help'], { encoding: 'utf8' }).stdout;
     const verbs = [...help.matchAll(/^  ([a-z]+) {2,}/gm)].map((match) => match[1]);
-    const ofBench = (word) => word.startsWith('tests/bench/run');
-    for (const flag of words.filter(ofBench).flatMap(flagsIn)) {
-      assert.ok(flagsIn(bench).includes(flag), `${name}: tests/bench/run ${flag}`);
-      checked += 1;
+    for (const word of words.filter(scriptOf)) {
+      for (const flag of flagsIn(word)) {
+        assert.ok(scriptOf(word).flags.includes(flag), `${name}: ${word}`);
+        checked += 1;
+      }
     }
-    for (const flag of words.filter((word) => !ofBench(word)).flatMap(flagsIn)) {
+    for (const flag of words.filter((word) => !scriptOf(word)).flatMap(flagsIn)) {
       assert.ok(
         flag === '--help' || verbs.some((verb) => flagsOf(verb).has(flag)),
         `${name}: ${flag}`,

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import os
 import sys
 import tempfile
@@ -353,11 +354,11 @@ class DiskLimit(BatchTest):
         deadline = time.monotonic() + PATIENCE_S
         while True:
             answer = self.server.get(f"/v1/batches/{batch['id']}/archive.zip")
-            if answer.status == 410:
+            # A film that is evicted while an archive is made is not named yet.
+            if answer.status == 410 and re.search("number [1-5]", answer.json()["detail"]):
                 break
-            self.assertLess(time.monotonic(), deadline, answer.status)
+            self.assertLess(time.monotonic(), deadline, answer)
             time.sleep(0.1)
-        self.assertRegex(answer.json()["detail"], "number [1-5]")
         self.assertEqual(self.server.get(f"/v1/batches/{batch['id']}/sheet.png").status, 200)
 
 

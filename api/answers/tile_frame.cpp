@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <cstring>
 
-#include <immintrin.h>
 #include <zlib.h>
 
 #include "core/base/check.h"
+#include "core/math/intrinsics.h"
 
 namespace api {
 namespace {
@@ -38,18 +38,14 @@ std::uint32_t checksum(const void* data, std::size_t size) {
 void put_f16(std::span<const float> values, char* out) {
   const __m256 most = _mm256_set1_ps(kHalfMax);
   const __m256 least = _mm256_set1_ps(-kHalfMax);
-  std::size_t i = 0;
-  for (; i + 8 <= values.size(); i += 8) {
+  for (std::size_t i = 0; i < values.size(); i += 8) {
+    const std::size_t count = std::min<std::size_t>(8, values.size() - i);
+    alignas(32) float eight[8] = {};
+    std::memcpy(eight, values.data() + i, count * sizeof(float));
     // The second operand comes out where one is NaN.
-    const __m256 eight = _mm256_loadu_ps(values.data() + i);
-    const __m256 bounded = _mm256_min_ps(most, _mm256_max_ps(least, eight));
+    const __m256 bounded = _mm256_min_ps(most, _mm256_max_ps(least, _mm256_load_ps(eight)));
     const __m128i halves = _mm256_cvtps_ph(bounded, _MM_FROUND_TO_NEAREST_INT);
-    std::memcpy(out + 2 * i, &halves, sizeof(halves));
-  }
-  for (; i < values.size(); ++i) {
-    const unsigned short half =
-        _cvtss_sh(std::clamp(values[i], -kHalfMax, kHalfMax), _MM_FROUND_TO_NEAREST_INT);
-    std::memcpy(out + 2 * i, &half, sizeof(half));
+    std::memcpy(out + 2 * i, &halves, count * sizeof(std::uint16_t));
   }
 }
 
@@ -145,7 +141,7 @@ core::Result<DecodedFrame> decode_tile_frame(std::span<const std::byte> bytes) {
     for (std::size_t i = 0; i < frame.planes.size(); ++i) {
       unsigned short half = 0;
       std::memcpy(&half, payload.data() + 2 * i, sizeof(half));
-      frame.planes[i] = _cvtsh_ss(half);
+      frame.planes[i] = _mm_cvtss_f32(_mm_cvtph_ps(_mm_cvtsi32_si128(half)));
     }
   } else if (payload_bytes > 0) {
     std::memcpy(frame.planes.data(), payload.data(), payload_bytes);

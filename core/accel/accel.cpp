@@ -7,10 +7,9 @@
 #include <cstring>
 #include <string>
 
-#include <xmmintrin.h>
-
 #include "core/accel/embree_bridge.h"
 #include "core/accel/few_triangles.h"
+#include "core/math/intrinsics.h"
 
 namespace core {
 
@@ -115,7 +114,6 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
   std::memcpy(out.dir_x, rays.direction_x, sizeof(rays.direction_x));
   std::memcpy(out.dir_y, rays.direction_y, sizeof(rays.direction_y));
   std::memcpy(out.dir_z, rays.direction_z, sizeof(rays.direction_z));
-  std::memcpy(out.tfar, rays.t_max, sizeof(rays.t_max));
   std::memset(out.tnear, 0, sizeof(out.tnear));
   std::memcpy(out.time, rays.time, sizeof(rays.time));
   std::memset(out.mask, 0xff, sizeof(out.mask));
@@ -128,6 +126,7 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
                       (rays.origin_z[k] + rays.direction_z[k]);
     const bool is_traced = (active >> k & 1U) != 0 && std::isfinite(sum) && rays.t_max[k] >= 0;
     valid[k] = is_traced ? -1 : 0;
+    out.tfar[k] = is_traced ? rays.t_max[k] : -1;  // without native packets, valid is not read
     traced |= is_traced ? 1U << k : 0U;
   }
   return traced;
@@ -351,7 +350,11 @@ void Accel::visit_near(Vec3 center, float radius_m,
 }
 
 bool Accel::has_packets() const noexcept {
+#ifdef __x86_64__
   return rtcGetDeviceProperty(impl_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
+#else
+  return true;
+#endif
 }
 
 std::size_t Accel::bytes() const noexcept {
@@ -361,8 +364,12 @@ std::size_t Accel::bytes() const noexcept {
 const char* embree_version() noexcept { return RTC_VERSION_STRING; }
 
 void prepare_tracing_thread() noexcept {
+#ifdef __aarch64__
+  __builtin_aarch64_set_fpcr(__builtin_aarch64_get_fpcr() | 1U << 24);  // FZ
+#else
   // Bits 15 and 6 of MXCSR; the header's macros trigger our sign-conversion warning.
   _mm_setcsr(_mm_getcsr() | 0x8040U);
+#endif
 }
 
 }  // namespace core

@@ -105,7 +105,8 @@ class Accel {
   /// rest position, until it returns false; t of its hit is 0. A few calls may follow that.
   void visit_near(Vec3 center, float radius_m,
                   const std::function<bool(const RawHit&)>& visit) const;
-  /// Returns whether Embree traces packets of eight natively.
+  /// Returns whether packets of eight are worth using: on x86-64 if Embree traces them natively,
+  /// which requires AVX. On arm64 it traces their rays one by one.
   bool has_packets() const noexcept;
   std::size_t bytes() const noexcept;
 

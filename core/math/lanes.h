@@ -1,8 +1,8 @@
 /// Lanes: SIMD vectors of N floats, integers or booleans.
 ///
 /// A thin wrapper of the compiler's vector extensions. Code that uses them is the same for any N; 8
-/// is an AVX2 register, 4 an SSE register, 1 is for tests. The result of a lane never depends on
-/// other lanes.
+/// is an AVX2 register or two of NEON, 4 one of SSE or NEON, 1 is for tests. A lane never depends
+/// on others.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include <immintrin.h>
+#include "core/math/intrinsics.h"
 
 namespace core {
 

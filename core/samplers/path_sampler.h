@@ -27,8 +27,7 @@
 
 #include <cstdint>
 
-#include <immintrin.h>
-
+#include "core/math/intrinsics.h"
 #include "core/math/vec.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/hash.h"

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include <fcntl.h>
-#include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <poll.h>
@@ -26,6 +25,7 @@
 #include <unistd.h>
 
 #include "core/scene_io/convert_protocol.h"
+#include "core/scene_io/system_calls.h"
 
 namespace core {
 namespace {
@@ -39,7 +39,7 @@ constexpr int kNiceness = 5;              ///< as of the denoiser's helper
 /// Sockets of any kind but local ones fail with EACCES, also those of processes that it starts.
 constexpr std::array<sock_filter, 9> kNoNetwork = {{
     BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
-    BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 0, 5),
+    BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kSystemCalls, 0, 5),
     BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
     BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_io_uring_setup, 3, 0),
     BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_socket, 0, 3),

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <immintrin.h>
-
 #include "core/image_io/radiance.h"
 #include "core/math/area_cover.h"
 

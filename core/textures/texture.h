@@ -12,10 +12,9 @@
 #include <memory>
 #include <vector>
 
-#include <immintrin.h>
-
 #include "core/description/scene_description.h"
 #include "core/image_io/image.h"
+#include "core/math/intrinsics.h"
 #include "core/math/vec.h"
 
 namespace core {

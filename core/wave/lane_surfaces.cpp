@@ -512,10 +512,8 @@ bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   return shading.front;
 }
 
-#ifdef __AVX2__
 template void LaneSurfaces::meet(const SegmentLanes<8>&, const RawHit (&)[8], unsigned,
                                  LaneHits<8>&) const;
-#endif
 template void LaneSurfaces::meet(const SegmentLanes<1>&, const RawHit (&)[1], unsigned,
                                  LaneHits<1>&) const;
 

@@ -515,26 +515,17 @@ bool is_fog_for_lanes(const IntegratorInput& input) {
          options.split_count == 1 && options.candidates == 1;
 }
 
-#ifdef __AVX2__
-constexpr bool kHasLanes = true;
-#else
-constexpr bool kHasLanes = false;
-#endif
-
 template <typename Options>
 std::unique_ptr<const WaveTracer> make_tracer(const IntegratorInput& input, int width) {
-  if constexpr (kHasLanes) {
-    if (width > 1) {
-      return std::make_unique<LaneTracer<8, Options>>(input);
-    }
-    return std::make_unique<LaneTracer<1, Options>>(input);
+  if (width > 1) {
+    return std::make_unique<LaneTracer<8, Options>>(input);
   }
-  return nullptr;
+  return std::make_unique<LaneTracer<1, Options>>(input);
 }
 
 }  // namespace
 
-bool waves_serve(std::string_view isa) noexcept { return kHasLanes && isa.starts_with("avx"); }
+bool waves_serve(std::string_view isa) noexcept { return isa.starts_with("avx") || isa == "neon"; }
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
   if (input.settings.integrator != "path" || !has_default_estimators(input.settings) ||

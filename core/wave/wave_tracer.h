@@ -14,8 +14,8 @@ namespace core {
 /// candidates or wavelengths. width: lanes, 8, or 1 for tests.
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width = 8);
 
-/// Returns whether waves can run when Embree is limited to `isa` (resolve_isa()). The build enables
-/// AVX2 for the lanes, and packets of eight require AVX.
+/// Returns whether waves run when Embree is limited to `isa` (resolve_isa()): where
+/// Accel::has_packets().
 bool waves_serve(std::string_view isa) noexcept;
 
 }  // namespace core

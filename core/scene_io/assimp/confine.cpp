@@ -5,11 +5,12 @@
 #include <cstddef>
 #include <vector>
 
-#include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
+
+#include "core/scene_io/system_calls.h"
 
 namespace core {
 namespace {
@@ -26,7 +27,7 @@ constexpr std::array kAllowed = {
 
 bool confine() {
   std::vector<sock_filter> code = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
-                                   BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0),
+                                   BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kSystemCalls, 1, 0),
                                    BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
                                    BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
   for (const long call : kAllowed) {

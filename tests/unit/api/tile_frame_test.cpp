@@ -92,6 +92,25 @@ TEST(TileFrame, MeansAreHalfFloatsUpTo65504) {
   EXPECT_EQ(decoded->frame.planes, shown);
 }
 
+TEST(TileFrame, MeansOfAnyNumberOfPixelsAreLimitedAndKeepNan) {
+  api::TileFrame frame;
+  frame.rect = {0, 0, 3, 1};
+  frame.flags = api::kTileMean;
+  frame.planes = {0, std::nanf(""), 2, 3, 4, 5, 6, 7, 1e9F};
+  const auto decoded = api::decode_tile_frame(bytes_of(api::encode_tile_frame(frame)));
+  ASSERT_TRUE(decoded);
+  EXPECT_TRUE(std::isnan(decoded->frame.planes[1]));
+  EXPECT_EQ(decoded->frame.planes[7], 7);
+  EXPECT_EQ(decoded->frame.planes[8], 65504);
+  frame.rect.width = 1;
+  frame.planes = {-1e9F, 0.5F, std::nanf("")};
+  const auto one = api::decode_tile_frame(bytes_of(api::encode_tile_frame(frame)));
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->frame.planes[0], -65504);
+  EXPECT_EQ(one->frame.planes[1], 0.5F);
+  EXPECT_TRUE(std::isnan(one->frame.planes[2]));
+}
+
 TEST(TileFrame, KeepsNan) {
   api::TileFrame frame = small_frame(0);
   frame.relative_error = std::nanf("");

@@ -478,8 +478,9 @@ int worker(const Args& args) {
       ->capture_default_str()
       ->check(within(0, 3600))
       ->type_name("SECONDS");
-  app.add_option("--isa", flags.isa,
-                 "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512")
+  app.add_option(
+         "--isa", flags.isa,
+         "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512, neon")
       ->envname("TESSERA_ISA")
       ->capture_default_str()
       ->type_name("NAME");

@@ -4,14 +4,21 @@
 #include <array>
 #include <cstring>
 
-#include <cpuid.h>
 #include <gnu/libc-version.h>
+
+#ifdef __x86_64__
+#include <cpuid.h>
+#endif
 
 #include "core/accel/accel.h"
 #include "core/accel/embree_bridge.h"
 
 namespace core {
 namespace {
+
+constexpr std::string_view kArm64 = "arm64";
+
+#ifdef __x86_64__
 
 constexpr std::array<std::string_view, 5> kIsas = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
 
@@ -30,6 +37,28 @@ bool machine_has(std::string_view isa) {
   return isa == "sse2" || __builtin_cpu_supports("sse4.2");
 }
 
+std::string processor() {  // its vendor: approximate reciprocals differ
+  unsigned int highest = 0;
+  std::array<unsigned int, 3> words = {};
+  std::array<char, 13> name = {};
+  if (__get_cpuid(0, &highest, words.data(), words.data() + 2, words.data() + 1) == 0) {
+    return "unknown";
+  }
+  std::memcpy(name.data(), words.data(), 12);
+  return name.data();
+}
+
+#else
+
+// All processors for arm64 have NEON, whose approximations the architecture defines bit for bit.
+constexpr std::array<std::string_view, 1> kIsas = {"neon"};
+
+bool machine_has(std::string_view) { return true; }
+
+std::string processor() { return std::string(kArm64); }
+
+#endif
+
 bool embree_takes(std::string_view isa) {
   const std::string config = "threads=1,set_affinity=0,isa=" + std::string(isa);
   RTCDevice device = rtcNewDevice(config.c_str());
@@ -40,17 +69,6 @@ bool embree_takes(std::string_view isa) {
   const bool works = rtcGetDeviceError(device) == RTC_ERROR_NONE;
   rtcReleaseDevice(device);
   return works;
-}
-
-std::string cpu_vendor() {
-  unsigned int highest = 0;
-  std::array<unsigned int, 3> words = {};
-  std::array<char, 13> name = {};
-  if (__get_cpuid(0, &highest, words.data(), words.data() + 2, words.data() + 1) == 0) {
-    return "unknown";
-  }
-  std::memcpy(name.data(), words.data(), 12);
-  return name.data();
 }
 
 }  // namespace
@@ -82,8 +100,12 @@ Result<std::string> resolve_isa(std::string_view isa) {
 }
 
 std::string arithmetic_class(std::string_view isa) {
-  return "embree " + std::string(embree_version()) + ", " + std::string(isa) + ", " + cpu_vendor() +
+  return "embree " + std::string(embree_version()) + ", " + std::string(isa) + ", " + processor() +
          ", glibc " + gnu_get_libc_version();
+}
+
+std::string_view architecture_of(std::string_view arithmetic) noexcept {
+  return arithmetic.find(kArm64) == std::string_view::npos ? "x86-64" : kArm64;
 }
 
 }  // namespace core

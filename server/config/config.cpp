@@ -150,7 +150,7 @@ void add_flags(CLI::App& app, Config& config) {
   row("threads", config.threads, "N", "Render threads; 0: as many as the machine has.")
       ->check(flags::within(0, 1024));
   row("isa", config.isa, "NAME",
-      "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512.");
+      "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512, neon.");
   row("key", config.key, kSecret,
       "Access key required on every request. Without a key, only local connections are accepted.");
   row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");

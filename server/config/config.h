@@ -31,7 +31,7 @@ struct Config {
   int port = 8080;                 ///< 0: any free one
   std::string data_dir;            ///< empty: $XDG_DATA_HOME/tessera, else ~/.local/share/tessera
   int threads = 0;                 ///< render threads; 0: as many as the machine has
-  std::string isa = "native";      ///< instruction set for Embree: native, sse2 ... avx512
+  std::string isa = "native";      ///< for Embree: native, sse2 ... avx512, on arm64 neon
   std::string key;                 ///< bearer key with all rights; empty: none
   std::string key_file;            ///< file that `key` was read from
   std::string worker_key;          ///< bearer key with the scope `worker` only; empty: none

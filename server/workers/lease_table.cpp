@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/json/error_codes.h"
+#include "core/accel/arithmetic.h"
 
 namespace server {
 
@@ -94,7 +95,12 @@ core::Result<api::WorkerOrders> LeaseTable::report(const Sender& sender,
   const std::string& worker = sender.worker;
   api::WorkerOrders orders;
   orders.report_seconds = report_seconds();
-  if (report.build != options_.build) {
+  const std::string machine(core::architecture_of(report.arithmetic));
+  const std::string own(core::architecture_of(options_.arithmetic));
+  if (machine != own) {
+    orders.reason = "its processor is " + machine + ", the server's is " + own +
+                    "; their arithmetic differs, whatever the build";
+  } else if (report.build != options_.build) {
     orders.reason = "its build is " + report.build + ", the server's is " + options_.build;
   } else if (report.arithmetic != options_.arithmetic) {
     orders.reason = "its arithmetic is \"" + report.arithmetic + "\", the server's is \"" +

@@ -1,5 +1,6 @@
 set(CORE_TEST_SOURCES
   adaptive_test.cpp
+  arithmetic_test.cpp
   bdpt_weights_test.cpp
   bsdf_test.cpp
   camera_importance_test.cpp

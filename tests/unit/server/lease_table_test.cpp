@@ -101,6 +101,21 @@ TEST_F(LeaseTableTest, ProgressAndNothingElseExtendsALease) {
   EXPECT_EQ(table_.counts().expired, 1U);
 }
 
+TEST_F(LeaseTableTest, AWorkerOfAnotherArchitectureIsUnsuitableForThatReason) {
+  api::WorkerReport sent;
+  sent.build = "b";
+  sent.arithmetic = "embree 3.13.5, neon, arm64, glibc 2.36";
+  options_.build = "a";
+  options_.arithmetic = "embree 3.13.5, avx2, GenuineIntel, glibc 2.36";
+  LeaseTable table(options_, log_);
+  const auto orders = table.report(sender("w"), sent, now_, 0);
+  ASSERT_TRUE(orders);
+  EXPECT_EQ(orders->reason.substr(0, 49), "its processor is arm64, the server's is x86-64; t");
+  options_.arithmetic = sent.arithmetic;
+  LeaseTable same(options_, log_);
+  EXPECT_EQ(same.report(sender("w"), sent, now_, 0)->reason, "its build is b, the server's is a");
+}
+
 TEST_F(LeaseTableTest, ALostUnitGoesToAnotherWorkerAndItsResultIsRefused) {
   report("a");
   report("b");

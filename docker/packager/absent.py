@@ -47,22 +47,25 @@ __attribute__((used)) static const char* no_version(void) { return "absent"; }
 """
 
 
-def _symbols(file, which):
+def _symbols(file, which, machine):
     """(name, version, letter, bytes) of the dynamic symbols of a file."""
-    lines = elf.output("nm", "-D", "-P", "--with-symbol-versions", which, file).splitlines()
-    for line in lines:
+    nm = (machine.tool("nm"), "-D", "-P", "--with-symbol-versions", which)
+    for line in elf.output(*nm, file).splitlines():
         name, letter, *numbers = line.split()
         name, _, version = name.partition("@")
         size = int(numbers[1], 16) if len(numbers) > 1 else 0
         yield name, version.strip("@"), letter, size
 
 
-def make(user, name, library, place):
+def make(user, name, library, place, machine):
     """Writes the stand-in for a library: the symbols of it that `user` uses."""
-    wanted = {(symbol, version) for symbol, version, _, _ in _symbols(user, "--undefined-only")}
+    used = _symbols(user, "--undefined-only", machine)
+    wanted = {(symbol, version) for symbol, version, _, _ in used}
     versions = {}
     text = [SOURCE % {"name": name}]
-    for symbol, version, letter, size in sorted(_symbols(library, "--defined-only")):
+    for symbol, version, letter, size in sorted(
+        _symbols(library, "--defined-only", machine)
+    ):
         if (symbol, version) not in wanted:
             continue
         versions.setdefault(version, []).append(symbol)
@@ -77,8 +80,9 @@ def make(user, name, library, place):
                 f'.type \\"{symbol}\\",@object\\n.size \\"{symbol}\\", {size}\\n'
                 f'\\"{symbol}\\": .zero {max(size, 8)}\\n.popsection");'
             )
-    command = ["gcc", "-x", "c", "-O1", "-shared", "-fPIC", "-s", "-Wl,--build-id=none",
-               "-Wl,-z,noexecstack", f"-Wl,-soname,{name}", "-o", str(place)]  # fmt: skip
+    command = [machine.tool("gcc"), "-x", "c", "-O1", "-shared", "-fPIC", "-s",
+               "-Wl,--build-id=none", "-Wl,-z,noexecstack", f"-Wl,-soname,{name}",
+               "-o", str(place)]  # fmt: skip
     script = place.with_suffix(".versions")
     named = {version: symbols for version, symbols in versions.items() if version}
     if named:

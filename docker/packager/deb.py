@@ -64,25 +64,27 @@ fi
 SCRIPTS = {"postinst": POSTINST, "prerm": PRERM, "postrm": POSTRM}
 
 
-def depends(work, usr, included):
+def depends(work, usr, included, machine):
     """The packages, with the oldest version of each, that have what the tree needs.
 
     included: packages of which the tree has what it needs.
     """
     source = "Source: tessera\n\nPackage: tessera\nArchitecture: any\n"
     (work / "debian/control").write_text(source)
+    places = [usr / tree.LIBRARIES, *(machine.folders() if machine.root else ())]
     line = elf.output(
-        "dpkg-shlibdeps", "-O", f"-S{usr.parent}", f"-l{usr / tree.LIBRARIES}",
-        *(f"-x{package}" for package in included), *tree.elf_files(usr), cwd=work,
+        "dpkg-shlibdeps", "-O", f"-S{usr.parent}", *machine.dpkg(),
+        *(f"-l{place}" for place in places), *(f"-x{package}" for package in included),
+        *tree.elf_files(usr), cwd=work, env=os.environ | {"DEB_HOST_ARCH": machine.arch},
     )  # fmt: skip
     return line.strip().removeprefix("shlibs:Depends=")
 
 
-def make(build, work, out, arch):
+def make(build, work, out, machine):
     root = work / "debian/tessera"  # where dpkg-shlibdeps looks for a package's own libraries
     usr = root / "usr"
-    included = tree.make(build, usr, PROVIDED)
-    tree.check(usr, work)
+    included = tree.make(build, usr, machine, PROVIDED)
+    tree.check(usr, work, machine)
     doc = usr / "share/doc/tessera"
     (doc / "LICENSE").rename(doc / "copyright")
     vendor = usr / "share/zsh"
@@ -98,17 +100,17 @@ def make(build, work, out, arch):
     shutil.copyfile(tree.ROOT / "docker/tessera.thumbnailer", thumbnailer)
     control = root / "DEBIAN"
     control.mkdir()
-    libraries = depends(work, usr, included)
+    libraries = depends(work, usr, included, machine)
     kilobytes = sum(file.stat().st_size for file in usr.rglob("*") if file.is_file()) // 1024
     (control / "control").write_text(
         CONTROL.format(
-            version=tree.version(), arch=arch, kilobytes=kilobytes, libraries=libraries
+            version=tree.version(), arch=machine.arch, kilobytes=kilobytes, libraries=libraries
         )
     )
     for name, script in SCRIPTS.items():
         (control / name).write_text(script)
         (control / name).chmod(0o755)
-    file = out / f"tessera_{tree.version()}_{arch}.deb"
+    file = out / f"tessera_{tree.version()}_{machine.arch}.deb"
     # xz compresses better than dpkg's zstd and every dpkg reads it.
     subprocess.run(
         ["dpkg-deb", "--root-owner-group", "-Zxz", "--build", root, file],

@@ -27,11 +27,11 @@ def write_tar(folder, name, file):
         archive.add(folder, name, filter=_plain)  # in the order of names
 
 
-def tarball(build, work, out, arch):
-    name = f"tessera-{tree.version()}-linux-{arch}"
+def tarball(build, work, out, machine):
+    name = f"tessera-{tree.version()}-linux-{machine.arch}"
     folder = work / name
-    tree.make(build, folder)
-    tree.check(folder, work)
+    tree.make(build, folder, machine)
+    tree.check(folder, work, machine)
     shutil.copyfile(tree.ROOT / "docker/packager/README.tarball", folder / "README")
     file = out / f"{name}.tar.gz"
     write_tar(folder, name, file)

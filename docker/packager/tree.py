@@ -12,10 +12,11 @@ import pathlib
 import re
 import shutil
 import subprocess
+import tempfile
 
 from . import absent, elf
+from .machine import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 LIBRARIES = "lib/tessera"
 PROGRAMS = ("bin/tessera", "bin/tessera-server")
 MODULE = LIBRARIES + "/libtessera-images.so"
@@ -38,7 +39,7 @@ def formats():
     return re.findall(r'ImageFormat\{"(\w+)"', text)
 
 
-def make(build, tree, provided=None):
+def make(build, tree, machine, provided=None):
     """Fills the folder `tree` from a build.
 
     provided: a pattern of names of libraries that the system of the package has; None: only those
@@ -49,14 +50,14 @@ def make(build, tree, provided=None):
         return elf.SYSTEM.fullmatch(name) or (provided and provided.fullmatch(name))
 
     for name in (*PROGRAMS, MODULE):
-        source = build / pathlib.Path(name).name
+        source = build / name.rpartition("/")[2]
         if not source.is_file():
             raise SystemExit(f"package: there is no {source}; build it, or name a build by --build")
         place = tree / name
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, place)
         place.chmod(0o755)
-        subprocess.run(["strip", "--strip-all", str(place)], check=True)
+        subprocess.run([machine.tool("strip"), "--strip-all", str(place)], check=True)
     # DT_RPATH, not DT_RUNPATH: it also applies to what the libraries need, which so stay as
     # Debian built them.
     for name in (*PROGRAMS, MODULE):
@@ -64,17 +65,19 @@ def make(build, tree, provided=None):
         subprocess.run(
             ["patchelf", "--force-rpath", "--set-rpath", where, tree / name], check=True
         )
-    programs = [build / pathlib.Path(name).name for name in (*PROGRAMS, MODULE)]
+    programs = [build / name.rpartition("/")[2] for name in (*PROGRAMS, MODULE)]
     places = {}
     for file in programs:
-        places |= elf.resolved(file)
-    copied, replaced = _copy_libraries(programs, places, tree, left_out)
-    _describe(copied, tree)
-    _texts(tree)
-    return set(elf.debian_packages([*copied.values(), *replaced]).values())
+        places |= elf.resolved(file, machine)
+    copied, replaced = _copy_libraries(programs, places, tree, left_out, machine)
+    _describe(copied, tree, machine)
+    with tempfile.TemporaryDirectory() as folder:
+        server, client = tree / PROGRAMS[1], tree / PROGRAMS[0]
+        _texts(tree, machine.running_with(server, client, pathlib.Path(folder)))
+    return set(elf.debian_packages([*copied.values(), *replaced], machine).values())
 
 
-def _copy_libraries(programs, places, tree, left_out):
+def _copy_libraries(programs, places, tree, left_out, machine):
     """Copies libraries: name -> path, and makes stand-ins for others; returns both."""
     found = elf.closure(
         programs, places, lambda name: left_out(name) or absent.UNUSED.fullmatch(name)
@@ -86,29 +89,28 @@ def _copy_libraries(programs, places, tree, left_out):
         for name in filter(absent.UNUSED.fullmatch, elf.needed(user)):
             if (tree / LIBRARIES / name).exists():
                 raise SystemExit(f"package: {name} is needed by two libraries: not provided for")
-            absent.make(user, name, places[name], tree / LIBRARIES / name)
+            absent.make(user, name, places[name], tree / LIBRARIES / name, machine)
             replaced.append(places[name])
     return found, replaced
 
 
-def _describe(files, tree):
+def _describe(files, tree, machine):
     """Licences of the copied libraries, and what they are as an SPDX document."""
     doc = tree / "share/doc/tessera"
     (doc / "licences").mkdir(parents=True)
     shutil.copyfile(ROOT / "LICENSE", doc / "LICENSE")
     shutil.copyfile(ROOT / "docker/CHANGELOG.md", doc / "CHANGELOG.md")
     packages = {}
-    owners = elf.debian_packages(files.values())
+    owners = elf.debian_packages(files.values(), machine)
     for name, path in files.items():
         if path not in owners:
             raise SystemExit(f"package: {path} is of no Debian package: its licence is not known")
         packages.setdefault(owners[path], []).append(name)
     entries = []
     for package, names in sorted(packages.items()):
-        shutil.copyfile(
-            pathlib.Path("/usr/share/doc") / package / "copyright", doc / "licences" / package
-        )
-        fields = elf.output("dpkg-query", "-W", "-f", "${Version}\t${source:Package}", package)
+        shutil.copyfile(machine.licence(package), doc / "licences" / package)
+        query = ("dpkg-query", *machine.dpkg(), "-W", "-f", "${Version}\t${source:Package}")
+        fields = elf.output(*query, package)
         package_version, source = fields.split("\t")
         entries.append(
             {
@@ -135,15 +137,14 @@ def _describe(files, tree):
     (doc / "sbom.spdx.json").write_text(json.dumps(text, indent=1) + "\n", encoding="utf-8")
 
 
-def _texts(tree):
-    """Manual page and completions, as the program prints them; it must run on this machine."""
-    program = tree / PROGRAMS[0]
+def _texts(tree, program):
+    """Manual page and completions, as the command `program` prints them."""
     page = tree / "share/man/man1/tessera.1.gz"
     page.parent.mkdir(parents=True)
-    page.write_bytes(gzip.compress(elf.output(program, "man").encode(), 9, mtime=0))
+    page.write_bytes(gzip.compress(elf.output(*program, "man").encode(), 9, mtime=0))
     for shell, name in COMPLETIONS.items():
         (tree / name).parent.mkdir(parents=True)
-        (tree / name).write_text(elf.output(program, "completion", shell), encoding="utf-8")
+        (tree / name).write_text(elf.output(*program, "completion", shell), encoding="utf-8")
 
 
 def elf_files(tree):
@@ -151,14 +152,16 @@ def elf_files(tree):
     return [tree / name for name in PROGRAMS] + sorted((tree / LIBRARIES).iterdir())
 
 
-def check(tree, work):
+def check(tree, work, machine):
     """Renders an image of each format with the tree, so that a missing library is noticed here."""
     for extension in formats():
         picture = work / f"check.{extension}"
-        subprocess.run(
-            [tree / PROGRAMS[0], "render", "cornell-box", "-o", picture, "--size", "32x32",
-             "--samples", "2"],
-            check=True, stdout=subprocess.DEVNULL, env={"PATH": "/usr/bin:/bin"},
+        # The program that renders, which the other starts in its place: qemu would not know how.
+        command = machine.running(
+            tree / PROGRAMS[1], "render", "cornell-box", "-o", picture, "--size", "32x32",
+            "--samples", "2",
         )  # fmt: skip
+        bare = {"PATH": "/usr/bin:/bin"}
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=bare)
         if picture.stat().st_size == 0:
             raise SystemExit(f"package: {picture.name} is empty")

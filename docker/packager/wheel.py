@@ -15,7 +15,6 @@ from . import elf, tree
 # In the package tessera_render; _program.py looks there.
 PLACE = "tessera_render/server"
 ENTRY = "[console_scripts]\ntessera = tessera_render._program:main\n"
-MACHINES = {"amd64": "x86_64"}
 
 
 def _pure_wheel(work):
@@ -36,12 +35,12 @@ def _entry(name, mode):
     return info
 
 
-def make(build, work, out, arch):
+def make(build, work, out, machine):
     folder = work / "tree"
-    tree.make(build, folder)
-    tree.check(folder, work)
-    major, minor = elf.oldest_glibc(tree.elf_files(folder))
-    tag = f"py3-none-manylinux_{major}_{minor}_{MACHINES[arch]}"
+    tree.make(build, folder, machine)
+    tree.check(folder, work, machine)
+    major, minor = elf.oldest_glibc(tree.elf_files(folder), machine)
+    tag = f"py3-none-manylinux_{major}_{minor}_{machine.processor}"
     files = {}  # name -> (content, mode)
     with zipfile.ZipFile(_pure_wheel(work)) as pure:
         for name in pure.namelist():

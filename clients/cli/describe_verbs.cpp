@@ -1,17 +1,16 @@
 // Separate from verb_text.cpp, which every verb needs: this file needs every verb.
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <system_error>
 #include <utility>
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "clients/cli/sibling.h"
 #include "clients/cli/verb_text.h"
-
-extern char** environ;
 
 namespace cli {
 namespace {
@@ -21,7 +20,7 @@ using core::ErrorCode;
 
 Error system_error(int code) {
   return Error{ErrorCode::kInternal, std::error_code(code, std::generic_category()).message(),
-               "/proc/self/exe"};
+               "the description of a verb"};
 }
 
 std::string read_all(int pipe_end) {
@@ -33,21 +32,30 @@ std::string read_all(int pipe_end) {
   return text;
 }
 
+/// Ends the process by `tessera VERB --describe`.
+[[noreturn]] void describe(const Verb& verb) {
+  std::string program = "tessera";
+  std::string name(verb.name);
+  std::string flag(kDescribe);
+  std::array<char*, 4> args = {program.data(), name.data(), flag.data(), nullptr};
+  const int code = verb.run != nullptr ? verb.run({flag}) : execute_sibling(args.data());
+  std::fflush(stdout);
+  _exit(code);
+}
+
 /// Returns the output of `tessera VERB --describe`.
-core::Result<std::string> ask(std::string verb) {
+core::Result<std::string> ask(const Verb& verb) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {
     return system_error(errno);
   }
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  std::string name = "tessera";
-  std::string flag(kDescribe);
-  const std::array<char*, 4> args = {name.data(), verb.data(), flag.data(), nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, "/proc/self/exe", &actions, nullptr, args.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  std::fflush(stdout);  // else the child writes it, too
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    describe(verb);
+  }
+  const int failed = child < 0 ? errno : 0;
   close(ends[1]);
   std::string text = failed == 0 ? read_all(ends[0]) : "";
   close(ends[0]);
@@ -57,7 +65,7 @@ core::Result<std::string> ask(std::string verb) {
   int status = 0;
   waitpid(child, &status, 0);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != kDone) {
-    return Error{ErrorCode::kInternal, "cannot be described", verb};
+    return Error{ErrorCode::kInternal, "cannot be described", std::string(verb.name)};
   }
   return text;
 }
@@ -67,7 +75,7 @@ core::Result<std::string> ask(std::string verb) {
 core::Result<std::vector<VerbText>> describe_verbs() {
   std::vector<VerbText> found;
   for (const Verb& verb : verbs()) {
-    const auto said = ask(std::string(verb.name));
+    const auto said = ask(verb);
     if (!said) {
       return said.error();
     }

@@ -5,11 +5,11 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/result.h"
 #include "core/film/film.h"
 
@@ -63,12 +63,6 @@ enum class HalfPart { kLight, kAlpha, kOverWhite };
 HalfPicture half_picture(const FilmSnapshot& film, int half, HalfPart part = HalfPart::kLight,
                          std::span<const float> factors = {},
                          const FeaturePicture* features = nullptr);
-
-/// Calls body(0) to body(count - 1), in any order, on any threads; returns when all are done.
-using ParallelFor = std::function<void(int count, const std::function<void(int)>& body)>;
-
-/// Returns a ParallelFor with its own threads.
-ParallelFor parallel_for(int threads);
 
 /// Description of the denoiser of an image.
 struct DenoiserFacts {

@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 #include <vector>
 
 #include "core/base/statistics.h"
@@ -249,22 +247,6 @@ FeaturePicture FeaturePicture::blank(int width, int height) {
     plane->resize(count);
   }
   return out;
-}
-
-ParallelFor parallel_for(int threads) {
-  return [threads](int count, const std::function<void(int)>& body) {
-    std::atomic<int> next = 0;
-    const auto work = [&] {
-      for (int i = next++; i < count; i = next++) {
-        body(i);
-      }
-    };
-    std::vector<std::jthread> others;
-    for (int i = 1; i < std::min(threads, count); ++i) {
-      others.emplace_back(work);
-    }
-    work();
-  };
 }
 
 }  // namespace core

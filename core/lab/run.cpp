@@ -1,13 +1,12 @@
 #include "core/lab/run.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <span>
-#include <thread>
 
 #include "core/base/cpu_time.h"
+#include "core/base/parallel_for.h"
 #include "core/base/statistics.h"
 #include "core/lab/fit.h"
 #include "core/lab/trial.h"
@@ -41,22 +40,18 @@ struct TrialResult {
 std::vector<TrialResult> run_trials(const Setup& setup, std::int64_t n, const RunOptions& options,
                                     const std::stop_token& stop) {
   std::vector<TrialResult> results(static_cast<std::size_t>(options.replicates));
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t r = next++; r < results.size() && !stop.stop_requested(); r = next++) {
-      const double start = thread_cpu_seconds();
-      const std::uint64_t seed =
-          hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), std::uint64_t{r});
-      Trial trial(setup, n, seed, stop);
-      const double value = setup.experiment->estimate(trial);
-      results[r] = {value, trial.cost(), thread_cpu_seconds() - start};
+  parallel_for(options.threads)(options.replicates, [&](int i) {
+    if (stop.stop_requested()) {
+      return;
     }
-  };
-  std::vector<std::jthread> others;
-  for (int t = 1; t < std::min(options.threads, options.replicates); ++t) {
-    others.emplace_back(work);
-  }
-  work();
+    const auto r = static_cast<std::size_t>(i);
+    const double start = thread_cpu_seconds();
+    const std::uint64_t seed =
+        hash_combine(hash_combine(options.seed, static_cast<std::uint64_t>(n)), std::uint64_t{r});
+    Trial trial(setup, n, seed, stop);
+    const double value = setup.experiment->estimate(trial);
+    results[r] = {value, trial.cost(), thread_cpu_seconds() - start};
+  });
   return results;
 }
 

@@ -55,7 +55,7 @@ class Builder {
     box.add(moved_bounds_);
     to_.center = box.empty() ? Vec3{} : box.center();
     to_.radius_m = box.empty() ? 0.0F : 0.5F * length(box.diagonal());
-    find_single_faces(to_, stop);
+    find_single_faces(to_, parallel_for(threads), stop);
     return ok_status();
   }
 

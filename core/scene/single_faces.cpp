@@ -14,6 +14,9 @@ constexpr float kCosTilt = 0.8660254F;  // 30 degrees
 /// single: the time for all faces is bounded. A vertex of a regular mesh has six.
 constexpr int kNearMost = 64;
 
+/// Faces of one step: a multiple of the bits of a word, so that steps write words of their own.
+constexpr std::size_t kPart = 4096;
+
 /// A triangle of a solid, and how far faces_at() looks from its points for other faces.
 class Face {
  public:
@@ -93,7 +96,7 @@ bool is_single(const SceneData& scene, const RawHit& hit, const Face& face) {
 
 }  // namespace
 
-void find_single_faces(SceneData& scene, const std::stop_token& stop) {
+void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std::stop_token& stop) {
   if (std::any_of(scene.meshes.begin(), scene.meshes.end(),
                   [](const MeshData& mesh) { return !mesh.later.empty(); })) {
     return;
@@ -103,13 +106,24 @@ void find_single_faces(SceneData& scene, const std::stop_token& stop) {
     if (scene.placed[placed].solid == kNoSolid) {
       return;
     }
-    const auto count =
-        static_cast<std::uint32_t>(scene.meshes[scene.placed[placed].mesh].triangle_count());
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const RawHit hit = {0, instance, geometry, i};
-      const Face face(scene, hit);
-      scene.single_faces[placed].push_back(is_single(scene, hit, face));
-      scene.edge_margin_m = std::max(scene.edge_margin_m, 6 * face.reach_m());
+    const std::size_t count = scene.meshes[scene.placed[placed].mesh].triangle_count();
+    std::vector<bool>& single = scene.single_faces[placed];
+    single.resize(count);
+    const std::size_t parts = (count + kPart - 1) / kPart;
+    std::vector<float> reach_m(parts);
+    parallel(static_cast<int>(parts), [&](int part) {
+      const std::size_t first = static_cast<std::size_t>(part) * kPart;
+      for (std::size_t i = first; i < std::min(first + kPart, count) && !stop.stop_requested();
+           ++i) {
+        const RawHit hit = {0, instance, geometry, static_cast<std::uint32_t>(i)};
+        const Face face(scene, hit);
+        single[i] = is_single(scene, hit, face);
+        float& most_m = reach_m[static_cast<std::size_t>(part)];
+        most_m = std::max(most_m, face.reach_m());
+      }
+    });
+    for (const float most_m : reach_m) {
+      scene.edge_margin_m = std::max(scene.edge_margin_m, 6 * most_m);
     }
   };
   for (std::uint32_t placed = 0; placed < scene.placed.size() && !stop.stop_requested(); ++placed) {

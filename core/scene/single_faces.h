@@ -3,6 +3,7 @@
 
 #include <stop_token>
 
+#include "core/base/parallel_for.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -10,6 +11,6 @@ namespace core {
 /// Fills scene.single_faces and scene.edge_margin_m; leaves them empty in scenes with motion and if
 /// stop is requested. After find_solids(), the acceleration structure and
 /// the scene's radius.
-void find_single_faces(SceneData& scene, const std::stop_token& stop);
+void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std::stop_token& stop);
 
 }  // namespace core

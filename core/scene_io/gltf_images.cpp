@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <span>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "core/base/cgroup.h"
+#include "core/base/parallel_for.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/image_size.h"
 #include "core/image_io/radiance.h"
@@ -142,30 +141,19 @@ Result<int> GltfImages::noted(int image) {
 }
 
 Status GltfImages::decode_all() {
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < noted_.size(); i = next++) {
-      Noted& note = noted_[i];
-      try {
-        const Status goes_on = limits_.admit ? limits_.admit(0) : ok_status();
-        if (!goes_on) {
-          note.pixels = goes_on.error();
-        } else if (!note.pixels) {
-          note.pixels = decode_image(note.file, {limits_.image_side_max, note.bytes_max});
-        }
-      } catch (...) {
-        note.thrown = std::current_exception();
+  parallel_for(usable_threads())(static_cast<int>(noted_.size()), [&](int i) {
+    Noted& note = noted_[static_cast<std::size_t>(i)];
+    try {
+      const Status goes_on = limits_.admit ? limits_.admit(0) : ok_status();
+      if (!goes_on) {
+        note.pixels = goes_on.error();
+      } else if (!note.pixels) {
+        note.pixels = decode_image(note.file, {limits_.image_side_max, note.bytes_max});
       }
+    } catch (...) {
+      note.thrown = std::current_exception();
     }
-  };
-  {
-    const auto cores = static_cast<std::size_t>(usable_threads());
-    std::vector<std::jthread> others(std::min(std::max<std::size_t>(noted_.size(), 1), cores) - 1);
-    for (std::jthread& other : others) {
-      other = std::jthread(work);
-    }
-    work();
-  }
+  });
   for (Noted& note : noted_) {
     if (note.thrown != nullptr) {
       std::rethrow_exception(note.thrown);

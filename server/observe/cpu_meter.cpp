@@ -22,7 +22,7 @@ double own_and_children_seconds() {
 
 CpuMeter::CpuMeter() : begin_(own_and_children_seconds()) {}
 
-ParallelFor CpuMeter::counted(ParallelFor inner) {
+core::ParallelFor CpuMeter::counted(core::ParallelFor inner) {
   return [this, inner = std::move(inner)](int count, const std::function<void(int)>& body) {
     inner(count, [&](int i) {
       const double before = core::thread_cpu_seconds();

@@ -2,13 +2,11 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <thread>
 
-namespace server {
+#include "core/base/parallel_for.h"
 
-/// Calls body(0) to body(count - 1) on any threads, as core::ParallelFor.
-using ParallelFor = std::function<void(int count, const std::function<void(int)>& body)>;
+namespace server {
 
 /// Counts from its construction; seconds() is called on the same thread.
 class CpuMeter {
@@ -17,7 +15,7 @@ class CpuMeter {
 
   /// Returns `inner` such that the time of its bodies on other threads is counted too. Must not
   /// outlive this.
-  ParallelFor counted(ParallelFor inner);
+  core::ParallelFor counted(core::ParallelFor inner);
   /// CPU time of the thread, of the bodies, and of the child processes of this process that have
   /// ended: also of those that others had started.
   double seconds() const;

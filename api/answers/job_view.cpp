@@ -273,8 +273,9 @@ const View<JobView>& statistics_view() {
                                      "null: not yet known, or another type.")),
         [](const JobView& j) { return j.split_count == 0 ? Json(nullptr) : Json(j.split_count); }},
        {"radius_ratio",
-        shape::nullable(shape::real("sppm: radius of the newest sample's disks relative to the "
-                                    "first sample's; null: no sample yet, or another integrator.")),
+        shape::nullable(
+            shape::real("sppm, vcm: radius of the newest sample's disks relative to the "
+                        "first sample's; null: no sample yet, or another integrator.")),
         &radius_ratio_json}}};
   return kView;
 }

@@ -31,13 +31,14 @@ constexpr auto integrator_row() {
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
                      {0, limits::kPhotons},
                      "Particles emitted from the lights for each sample of the pixels; 0: one per "
-                     "pixel of the full film, at least 1024 and at most 262144.")),
+                     "pixel of the full film, at least 4096 and at most 262144.")),
       own_option(
           "/integrator/radius_m",
           number(
               "radius_m", [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
-              "Radius within which photons are gathered, in metres; sppm: initial radius. 0: three "
-              "pixels at the distance of the visible surfaces.")),
+              "Radius within which photons are gathered, in metres; sppm and vcm: initial radius. "
+              "0: "
+              "three pixels at the distance of the visible surfaces.")),
       own_option(
           "/integrator/alpha",
           number(

@@ -45,6 +45,14 @@ constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth"
 constexpr std::array<std::string_view, 7> kSppmOptions = {
     "/integrator/max_depth", "/integrator/photons", "/integrator/radius_m", "/integrator/alpha",
     "/sampler/type",         "/sampler/replicates", kThroughGlass};
+constexpr std::array<std::string_view, 8> kMergingOptions = {"/integrator/max_depth",
+                                                             "/integrator/photons",
+                                                             "/integrator/radius_m",
+                                                             "/integrator/alpha",
+                                                             "/sampler/type",
+                                                             "/sampler/replicates",
+                                                             "/medium",
+                                                             kThroughGlass};
 constexpr std::array<std::string_view, 7> kPhotonMapOptions = {"/integrator/max_depth",
                                                                "/integrator/photons",
                                                                "/integrator/radius_m",
@@ -125,6 +133,19 @@ constexpr std::array kIntegrators = {
         .error = ErrorValidity::kByComparison,
         .make = &make_photon_tracer,
         .accepts = kSppmOptions,
+        .disperses = false,
+        .prepass_bytes = &photon_bytes,
+        .compared_with = "bdpt"},
+    IntegratorEntry{
+        .name = "vcm",
+        .summary = "Vertex connection and merging: bidirectional path tracing and photons in one "
+                   "estimator, weighted by MIS. For caustics of every kind, also behind glass and "
+                   "in mirrors, beside other light.",
+        .bias = "consistent",
+        .error = ErrorValidity::kByComparison,
+        .make = &make_bdpt,
+        .accepts = kMergingOptions,
+        .splats = true,
         .disperses = false,
         .prepass_bytes = &photon_bytes,
         .compared_with = "bdpt"},

@@ -13,8 +13,9 @@ namespace core {
 inline constexpr int kPhotonPathsLeast = 1 << 12;
 /// Default number of photon paths.
 inline constexpr int kPhotonPathsUsual = 1 << 18;
-/// Bytes of one Photon.
+/// Bytes of one Photon, and of one that merges with camera paths.
 inline constexpr std::uint64_t kPhotonBytes = 36;
+inline constexpr std::uint64_t kMergedPhotonBytes = 80;
 
 /// Returns the number of particles emitted per sample of the pixels: one per pixel of the full
 /// film, within limits, unless the job sets the number.
@@ -37,7 +38,7 @@ inline double sppm_radius(float alpha, int pass) noexcept {
 
 /// Returns whether the disks of later samples are smaller than those of the first.
 inline bool radius_shrinks(const RenderSettings& settings) noexcept {
-  return settings.integrator == "sppm";
+  return settings.integrator == "sppm" || settings.integrator == "vcm";
 }
 
 /// Returns the radius of the last of `samples` samples of a pixel, all replicates together,
@@ -51,7 +52,8 @@ inline double radius_ratio(const RenderSettings& settings, int samples) noexcept
 inline std::uint64_t photon_bytes(const RenderSettings& settings) noexcept {
   const auto places = static_cast<std::uint64_t>(photon_paths(settings)) *
                       static_cast<std::uint64_t>(std::max(settings.max_depth, 1));
-  return places * (2 * kPhotonBytes + 2 * sizeof(std::uint32_t));
+  const std::uint64_t each = settings.integrator == "vcm" ? kMergedPhotonBytes : kPhotonBytes;
+  return places * (2 * each + 2 * sizeof(std::uint32_t));
 }
 
 }  // namespace core

@@ -109,22 +109,47 @@ TEST(PhotonMapping, ShadowEdgeIsBlurredByTheSegmentOfTheDisk) {
             0.02);
 }
 
-TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
-  constexpr int kPasses = 64;  // for each of two replicates
-  const core::View view = floor_view(half_mirrored(), "sppm", 2);
-  const Picture picture = test_support::render(view, 2 * kPasses);
-  const auto mean_share = [](double x, float alpha) {
-    double sum = 0;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      sum += lit_share(x, double{kRadius} * core::sppm_radius(alpha, pass));
-    }
-    return sum / kPasses;
+/// Mean over passes of lit_share() around x.
+double mean_share(double x, float alpha, int passes) {
+  double sum = 0;
+  for (int pass = 0; pass < passes; ++pass) {
+    sum += lit_share(x, double{kRadius} * core::sppm_radius(alpha, pass));
+  }
+  return sum / passes;
+}
+
+/// The blur of a caustic after `passes` of each of two replicates is that of the published radii.
+void expect_published_blur(const core::View& view, int passes) {
+  const Picture picture = test_support::render(view, 2 * passes);
+  const auto worst = [&](float alpha) {
+    return worst_column(picture, [&](double x) { return mean_share(x, alpha, passes); });
   };
-  const float alpha = view.settings.photons.alpha;
-  EXPECT_LT(worst_column(picture, [&](double x) { return mean_share(x, alpha); }), 0.02);
+  EXPECT_LT(worst(view.settings.photons.alpha), 0.02);
   // The planted faults: constant radii, and radii that shrink faster.
-  EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 1); }), 0.04);
-  EXPECT_GT(worst_column(picture, [&](double x) { return mean_share(x, 0.2F); }), 0.04);
+  EXPECT_GT(worst(1), 0.04);
+  EXPECT_GT(worst(0.2F), 0.04);
+}
+
+TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
+  expect_published_blur(floor_view(half_mirrored(), "sppm", 2), 64);
+}
+
+// Behind glass no connection finds the caustic, so merging has a weight of 1. The slab hardly
+// refracts, and reflects 6e-6.
+TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
+  core::SceneDescription scene = half_mirrored();
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  glass.ior = 1.005F;
+  scene.materials.push_back(glass);
+  for (const float side : {1.0F, -1.0F}) {  // top and bottom
+    scene.meshes[0].primitives.push_back(test_support::quad(
+        {-0.95F, 0.45F + 0.05F * side, 0.55F * side}, {2, 0, 0}, {0, 0, -1.1F * side}, 2));
+  }
+  expect_published_blur(floor_view(std::move(scene), "vcm", 6), 64);
 }
 
 // The published rate: after N passes bias ~ N^(alpha - 1) and variance ~ N^-alpha. Source: Knaus
@@ -308,8 +333,8 @@ struct Mode {
   const char* integrator;
   int final_gather;
 };
-constexpr std::array<Mode, 4> kModes = {
-    {{"sppm", 1}, {"photon-map", 0}, {"photon-map", 1}, {"photon-map", 3}}};
+constexpr std::array<Mode, 5> kModes = {
+    {{"sppm", 1}, {"vcm", 1}, {"photon-map", 0}, {"photon-map", 1}, {"photon-map", 3}}};
 
 // Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k.
 TEST(PhotonMapping, ClosedSphereHasRadianceOne) {
@@ -395,6 +420,9 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
         }
       }
       const auto again = std::make_shared<core::Film>(view.settings);
+      if (film->has_splats()) {
+        again->restore_splats(film->splats());
+      }
       for (int t = 0; t < film->tile_count(); ++t) {
         again->restore(t, film->tile(t), film->tile_revision(t));
       }

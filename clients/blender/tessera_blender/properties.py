@@ -17,6 +17,7 @@ _INTEGRATORS = [
     ("bdpt", "Bidirectional", "Bidirectional path tracing: indirect light"),
     ("mlt", "Metropolis", "Metropolis light transport: light through small openings"),
     ("sppm", "Photons", "Progressive photon mapping: caustics"),
+    ("vcm", "Connection and merging", "Bidirectional with photons: caustics beside other light"),
 ]
 _DENOISE = [
     ("off", "Off", "The image as it was sampled"),

@@ -260,12 +260,12 @@ export interface JobRequestIntegrator {
   max_depth?: number;
   /**
    * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-   * film, at least 1024 and at most 262144. Default: 0.
+   * film, at least 4096 and at most 262144. Default: 0.
    */
   photons?: number;
   /**
-   * Radius within which photons are gathered, in metres; sppm: initial radius. 0: three pixels at
-   * the distance of the visible surfaces. Default: 0.
+   * Radius within which photons are gathered, in metres; sppm and vcm: initial radius. 0: three
+   * pixels at the distance of the visible surfaces. Default: 0.
    */
   radius_m?: number;
   /**
@@ -1072,8 +1072,8 @@ export interface Statistics {
    */
   split_count: number | null;
   /**
-   * sppm: radius of the newest sample's disks relative to the first sample's; null: no sample yet,
-   * or another integrator.
+   * sppm, vcm: radius of the newest sample's disks relative to the first sample's; null: no sample
+   * yet, or another integrator.
    */
   radius_ratio: number | null;
 }

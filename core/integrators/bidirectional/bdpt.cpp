@@ -123,7 +123,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
     path.beta = vertex.beta;
     scatter_within(path, *vertex.medium, vertex.origin(), {u.y, u.z});
     const auto phase = static_cast<double>(path.last.pdf_bsdf);
-    path.sums = BdptWeights::after_scattering(here, 1, phase, phase);
+    path.sums = BdptWeights::after_scattering(here, 1, phase, phase, mode);
     path.last_extinction = vertex.extinction;
     path.flight_depth = {};
     return !is_black(path.beta);
@@ -138,7 +138,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
     path.sums = next.is_delta ? BdptWeights::after_delta(here, cosine)
                               : BdptWeights::after_scattering(
                                     here, cosine, static_cast<double>(next.pdf_solid_angle),
-                                    static_cast<double>(next.pdf_reverse));
+                                    static_cast<double>(next.pdf_reverse), mode);
     path.beta = vertex.beta;
     path.last_extinction = vertex.extinction;
     path.flight_depth = {};
@@ -245,8 +245,40 @@ void BidirectionalPathTracer::trace_light(const PathSampler& sampler, std::uint6
   const auto to_camera = [&](Subpath& path, const Vertex& at) { splat(path, at, splats); };
   Subpath path{start_path(sampler, rays)};
   begin(path, sampler);
+  path.merged = merging_.merged(static_cast<int>(sampler.index()));
   VisitedVertices<decltype(to_camera)> visited{to_camera};
   follow_light(path, {}, visited);
+}
+
+std::unique_ptr<Prepass> BidirectionalPathTracer::start_prepass(int sample) const {
+  if (!merging_.is_on) {
+    return nullptr;
+  }
+  const float radius_m = merging_.radius_m(sample / settings_.replicates);
+  return std::make_unique<MergedPhotons>(sample, merging_.paths, radius_m);
+}
+
+void BidirectionalPathTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) const {
+  auto& photons = static_cast<MergedPhotons&>(pass);
+  photons.each_path(part, settings_,
+                    [&](const PathSampler& sampler, std::vector<MergedPhoton>& out) {
+                      const auto keep = [&out](Subpath&, const Vertex& at) {
+                        if (at.sums.merged > 0 && is_finite(at.beta)) {
+                          out.emplace_back(at);
+                        }
+                      };
+                      Subpath path{start_path(sampler, rays)};
+                      begin(path, sampler);
+                      path.merged = squared(merging_.in_disk(photons.radius_m));
+                      VisitedVertices<decltype(keep)> visited{keep};
+                      follow_light(path, {}, visited);
+                    });
+}
+
+PathSample BidirectionalPathTracer::gather(const Camera::CameraRay& camera_ray,
+                                           const PathSampler& sampler, const Prepass& pass,
+                                           std::uint64_t& rays) const noexcept {
+  return trace_pair(camera_ray, sampler, rays, {}, &static_cast<const MergedPhotons&>(pass));
 }
 
 void BidirectionalPathTracer::credit(CameraSubpath& path, const Found& found,
@@ -365,6 +397,32 @@ Found BidirectionalPathTracer::connection(Subpath& path, const Vertex& vertex,
           weight};
 }
 
+void BidirectionalPathTracer::add_photons(CameraSubpath& path,
+                                          const Vertex& vertex) const noexcept {
+  // As for sppm: 1e-6 of diffuse light arrives from below.
+  constexpr float kCosLeast = 1e-3F;
+  const Vec3 n = vertex.surface.point.normal_geometric;
+  Rgb sum;
+  path.photons->map.each(vertex.position(), [&](const MergedPhoton& photon) {
+    // Both subpaths have counted the vertex.
+    if (!is_allowed(vertex.surfaces + photon.surfaces - 1, vertex.in_media + photon.in_media) ||
+        !faces_alike(photon.normal.unpacked(), n)) {
+      return;
+    }
+    const Vec3 wi = photon.wi_world.unpacked();
+    const ScatterEval f = vertex.evaluate(wi, TransportMode::kRadiance);
+    const bool is_page =
+        shows_backdrop(vertex, wi) && photon.is_clear && is_environment(photon.light);
+    if (is_black(f.value_cos) || is_page) {
+      return;
+    }
+    const auto weight = static_cast<float>(BdptWeights::merging(vertex.sums, photon.sums, f));
+    sum += f.value_cos * photon.beta * (weight / std::max(vertex.cosine(wi), kCosLeast));
+  });
+  const auto over = static_cast<float>(1 / merging_.in_disk(path.photons->radius_m));
+  path.out.radiance += path.beta * sum * over;
+}
+
 template <typename LightVertices>
 void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategies& strategies,
                                             const LightVertices& light_vertices) const noexcept {
@@ -432,6 +490,9 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
         }
       }
     }
+    if (path.photons != nullptr && can_scatter && vertex.can_merge()) {
+      add_photons(path, vertex);
+    }
     vertex.surface.light_normal = vertex.light_normal();
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kRadiance) || path.scatterings() > max_depth_ ||
@@ -449,14 +510,25 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
 PathSample BidirectionalPathTracer::trace_shares(const Camera::CameraRay& camera_ray,
                                                  const PathSampler& sampler, std::uint64_t& rays,
                                                  std::span<Rgb> shares) const noexcept {
+  return trace_pair(camera_ray, sampler, rays, shares, nullptr);
+}
+
+PathSample BidirectionalPathTracer::trace_pair(const Camera::CameraRay& camera_ray,
+                                               const PathSampler& sampler, std::uint64_t& rays,
+                                               std::span<Rgb> shares,
+                                               const MergedPhotons* photons) const noexcept {
+  const double merged = photons != nullptr ? squared(merging_.in_disk(photons->radius_m)) : 0;
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
   Subpath light_path{start_path(sampler.branch(1, 2), rays)};
   begin(light_path, sampler);
+  light_path.merged = merged;
   follow_light(light_path, {}, light);
 
   CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
   begin(path, sampler);
+  path.merged = merged;
+  path.photons = photons;
   path.last.origin = camera_ray.from_lens();
   path.sums = weights_.from_camera(path.ray);
   follow_camera(path, {}, light.vertices);

@@ -4,10 +4,15 @@
 /// camera path. Weights: core/integrators/bidirectional/bdpt_weights.h. Surfaces that a path passes
 /// without a change of direction are not vertices.
 ///
+/// vcm: besides, photons of separate light subpaths merge with the camera subpath at surfaces near
+/// theirs, as one more strategy for each vertex. Disks shrink from sample to sample as those of
+/// sppm do.
+///
 /// Vertices lie on surfaces and in media. Both subpaths sample distances in scattering media, and
 /// connections are multiplied by the transmittance of media.
 ///
-/// Sources: Veach 1997, ch. 10; media: PBR 3rd ed., 16.3.
+/// Sources: Veach 1997, ch. 10; media: PBR 3rd ed., 16.3; merging: Georgiev and others 2012, "Light
+/// Transport Simulation with Vertex Connection and Merging".
 /// Dispersion: the subpaths of a sample share the wavelength that refraction by dispersive solids
 /// leaves them; its colour is a factor of each whole path with such a refraction.
 #pragma once
@@ -16,6 +21,7 @@
 
 #include "core/integrators/bidirectional/bdpt_vertex.h"
 #include "core/integrators/bidirectional/bdpt_weights.h"
+#include "core/integrators/bidirectional/merged_photons.h"
 #include "core/integrators/path/light_ledger.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/light_samplers/light_sampler.h"
@@ -47,13 +53,15 @@ class BidirectionalPathTracer final : public Integrator {
  public:
   explicit BidirectionalPathTracer(const IntegratorInput& input)
       : scene_(input.scene),
+        settings_(input.settings),
         environment_(input.environment),
         backdrop_(input.settings.background, input.environment),
         lights_(input.scene, input.environment, LightPick::kTree),
         emission_(input.scene, input.environment),
         weights_(input, lights_, emission_),
         ledger_(input),
-        max_depth_(input.settings.max_depth) {
+        max_depth_(input.settings.max_depth),
+        merging_(input) {
     for (const Material& material : scene_.materials) {
       has_dispersion_ = has_dispersion_ || material.factors.dispersion > 0;
     }
@@ -70,6 +78,10 @@ class BidirectionalPathTracer final : public Integrator {
                           std::uint64_t& rays, std::span<Rgb> shares) const noexcept override;
   void trace_light(const PathSampler& sampler, std::uint64_t& rays,
                    CameraSplats& splats) const noexcept override;
+  std::unique_ptr<Prepass> start_prepass(int sample) const override;
+  void run_prepass(Prepass& pass, int part, std::uint64_t& rays) const override;
+  PathSample gather(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                    const Prepass& pass, std::uint64_t& rays) const noexcept override;
   /// Adds the contributions of strategies to `out`. Unlike trace() and trace_light(), strategies
   /// with t = 1 use the same light subpath as the others. film: decides which splats are needed.
   void trace_strategies(const SubpathPair& from, const Strategies& strategies, std::uint64_t& rays,
@@ -82,6 +94,11 @@ class BidirectionalPathTracer final : public Integrator {
   /// Follows the subpath's ray to the next surface and fills `met`, or to a scattering event in a
   /// medium before it and fills `sample`.
   Event next_event(Subpath& path, PathVertex& met, MediumSample& sample) const noexcept;
+  /// Traces a camera subpath, and a light subpath to connect it to. photons: to merge it with;
+  /// null: none.
+  PathSample trace_pair(const Camera::CameraRay& camera_ray, const PathSampler& sampler,
+                        std::uint64_t& rays, std::span<Rgb> shares,
+                        const MergedPhotons* photons) const noexcept;
   /// Follows a light subpath and calls visit(path, vertex) for each of its vertices.
   template <typename Visit>
   void follow_light(Subpath& path, const Strategies& strategies, Visit& visit) const noexcept;
@@ -114,9 +131,12 @@ class BidirectionalPathTracer final : public Integrator {
   void add_emission(CameraSubpath& path, const Vertex& vertex) const noexcept;
   void add_light_sample(CameraSubpath& path, const Vertex& vertex) const noexcept;
   Found connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;
+  /// Adds the light of the photons near a vertex.
+  void add_photons(CameraSubpath& path, const Vertex& vertex) const noexcept;
   void splat(Subpath& path, const Vertex& vertex, CameraSplats& splats) const noexcept;
 
   const SceneData& scene_;
+  RenderSettings settings_;
   const Environment* environment_;
   Backdrop backdrop_;
   LightSampler lights_;
@@ -124,6 +144,7 @@ class BidirectionalPathTracer final : public Integrator {
   BdptWeights weights_;
   LightLedger ledger_;
   int max_depth_;
+  Merging merging_;
   std::optional<Fog> fog_;
   bool has_dispersion_ = false;
 };

@@ -23,16 +23,33 @@ inline double squared(double x) noexcept { return x * x; }
 struct PartialSums {
   double vcm = 0;
   double vc = 0;
+  /// Of the strategy that merges the two subpaths at this vertex: squared number of light paths
+  /// that fall into the disk around it, for a density of 1 per area. 0: they do not merge here.
+  double merged = 0;
+  /// As vc, of the strategy that merges them at the vertex before. Camera subpaths learn here
+  /// whether light would arrive there sharply; those of light know it, and add it to vc.
+  double merged_before = 0;
 };
+
+/// Subpaths merge where light arrives after a delta scattering or one of at least this density
+/// [1/sr], about thirty times that of diffuse scattering. Connections find all other light, without
+/// bias.
+inline bool is_sharp_density(double pdf_solid_angle) noexcept { return pdf_solid_angle >= 10; }
 
 /// A subpath under construction. The sums are those at its last vertex, before the next segment.
 struct Subpath : PathState {
   PartialSums sums{};
+  double merged = 0;                ///< PartialSums::merged where subpaths can merge
   Rgb flight_depth{};               ///< optical depth of scattering media since the last vertex
   Rgb last_extinction = {1, 1, 1};  ///< Vertex::extinction of the last vertex
   /// Colour of PathState::u_wavelength. Both subpaths may disperse light, but it counts once.
   Rgb wavelength_color = {1, 1, 1};
 
+  /// Returns whether the current segment began with a sharp scattering.
+  bool arrives_sharply() const noexcept {
+    const auto pdf = static_cast<double>(last.pdf_bsdf);
+    return bounces() > 0 && (pdf == 0 || is_sharp_density(pdf));
+  }
   /// Returns the factor of the light of a whole path.
   Rgb color(bool is_dispersed) const noexcept { return is_dispersed ? wavelength_color : Rgb(1); }
 };
@@ -54,11 +71,17 @@ class StrategyLights {
   virtual void splat(SubpathLengths strategy, Vec2 film_px, Rgb value) noexcept = 0;
 };
 
+template <typename P>
+class PhotonPass;
+struct MergedPhoton;
+using MergedPhotons = PhotonPass<MergedPhoton>;
+
 /// The camera subpath.
 struct CameraSubpath : Subpath {
   PathSample out{};
-  std::span<Rgb> shares{};           ///< light shares; empty if none are recorded
-  StrategyLights* lights = nullptr;  ///< null: none
+  std::span<Rgb> shares{};                 ///< light shares; empty if none are recorded
+  StrategyLights* lights = nullptr;        ///< null: none
+  const MergedPhotons* photons = nullptr;  ///< to merge with; null: none
 };
 
 /// A surface that a subpath has hit, or a point at which it scatters in a medium.
@@ -95,6 +118,8 @@ struct Vertex {
     return medium != nullptr || bsdf().transmits() ? Vec3{} : surface.shading.normal_geometric;
   }
   bool has_spread() const noexcept { return medium != nullptr || bsdf().has_spread(); }
+  /// Returns whether a camera and a light subpath may merge here.
+  bool can_merge() const noexcept { return medium == nullptr && bsdf().has_spread(); }
   /// Pre: a surface.
   const Bsdf& bsdf() const noexcept { return scattering->seen.bsdf(); }
   /// Evaluates scattering from wo_world() to wi. In a medium the phase function is the value and

@@ -12,10 +12,14 @@ double density(const EmissionPdf& pdf) noexcept {
          static_cast<double>(pdf.pdf_solid_angle);
 }
 
-/// Sum over all strategies that sample more vertices from the other side. reverse: solid-angle
-/// density, at the vertex, of the direction back along the subpath.
-double before(const PartialSums& sums, float reverse) noexcept {
-  return sums.vcm + sums.vc * squared(static_cast<double>(reverse));
+/// Sum over all strategies that sample more vertices from the other side, beyond this one. reverse:
+/// solid-angle density, at the vertex, of the direction back along the subpath.
+double beyond(const PartialSums& sums, double reverse) noexcept {
+  const double vc = is_sharp_density(reverse) ? sums.vc + sums.merged_before : sums.vc;
+  return sums.vcm + vc * squared(reverse);
+}
+double beyond(const PartialSums& sums, float reverse) noexcept {
+  return beyond(sums, static_cast<double>(reverse));
 }
 
 }  // namespace
@@ -36,9 +40,11 @@ PartialSums BdptWeights::from_camera(const Ray& ray) const noexcept {
 }
 
 PartialSums BdptWeights::after_scattering(const PartialSums& here, double cosine, double forward,
-                                          double reverse) noexcept {
-  return {squared(1 / forward),
-          squared(cosine / forward) * (here.vc * squared(reverse) + here.vcm)};
+                                          double reverse, TransportMode mode) noexcept {
+  const double back = squared(cosine / forward);
+  const bool is_light = mode == TransportMode::kImportance;
+  return {squared(1 / forward), back * (beyond(here, reverse) + (is_light ? here.merged : 0)), 0,
+          is_light ? 0 : back * here.merged};
 }
 
 PartialSums BdptWeights::after_flight(const Subpath& path, Rgb extinction) const noexcept {
@@ -48,7 +54,8 @@ PartialSums BdptWeights::after_flight(const Subpath& path, Rgb extinction) const
   const double forward = flight_density(path.flight_depth, extinction);
   const double back = flight_density(path.flight_depth, path.last_extinction);
   return forward > 0
-             ? PartialSums{path.sums.vcm / squared(forward), path.sums.vc * squared(back / forward)}
+             ? PartialSums{path.sums.vcm / squared(forward), path.sums.vc * squared(back / forward),
+                           0, path.sums.merged_before * squared(back / forward)}
              : PartialSums{};
 }
 
@@ -57,18 +64,23 @@ PartialSums BdptWeights::after_segment(const Subpath& path, const Vertex& vertex
   const Vec3 d = vertex.position() - path.last.origin;
   const double cosine2 = squared(static_cast<double>(vertex.cosine(vertex.wo_world())));
   const double distance4 = squared(static_cast<double>(dot(d, d)));
-  return cosine2 > 0 ? PartialSums{sums.vcm * distance4 / cosine2, sums.vc / cosine2}
+  return cosine2 > 0 ? PartialSums{sums.vcm * distance4 / cosine2, sums.vc / cosine2, 0,
+                                   sums.merged_before / cosine2}
                      : PartialSums{};
 }
 
 /// Rays of an orthographic camera do not diverge.
 PartialSums BdptWeights::at_camera_vertex(const Subpath& path,
                                           const Vertex& vertex) const noexcept {
+  PartialSums sums;
   if (path.bounces() > 0 || !camera_.is_orthographic()) {
-    return after_segment(path, vertex);
+    sums = after_segment(path, vertex);
+  } else {
+    const double cosine2 = squared(static_cast<double>(vertex.cosine(vertex.wo_world())));
+    sums.vcm = cosine2 > 0 ? after_flight(path, vertex.extinction).vcm / cosine2 : 0;
   }
-  const double cosine2 = squared(static_cast<double>(vertex.cosine(vertex.wo_world())));
-  return {cosine2 > 0 ? after_flight(path, vertex.extinction).vcm / cosine2 : 0, 0};
+  sums.merged = vertex.can_merge() ? path.merged : 0;
+  return sums;
 }
 
 /// The first vertex determines the density with which its light sample would be the start of the
@@ -76,7 +88,9 @@ PartialSums BdptWeights::at_camera_vertex(const Subpath& path,
 PartialSums BdptWeights::at_light_vertex(const Subpath& path, const EmissionSample& light,
                                          const Vertex& vertex) const noexcept {
   if (path.bounces() > 0) {
-    return after_segment(path, vertex);
+    PartialSums sums = after_segment(path, vertex);
+    sums.merged = path.arrives_sharply() && vertex.can_merge() ? path.merged : 0;
+    return sums;
   }
   const Vec3 d = path.last.origin - vertex.origin();
   const float distance_m = length(d);
@@ -151,7 +165,7 @@ double BdptWeights::light_sample(const Vertex& vertex, const LightSample& light,
           : squared(static_cast<double>(f.pdf_solid_angle) * flight(flight_depth, Rgb(1)) / pdf);
   const double others =
       by_bsdf + squared(emitted * static_cast<double>(vertex.cosine(light.wi_world)) / direct) *
-                    before(vertex.sums, f.pdf_reverse);
+                    beyond(vertex.sums, f.pdf_reverse);
   return 1 / (1 + others);
 }
 
@@ -162,7 +176,7 @@ double BdptWeights::splat(const Vertex& vertex, const Camera::ImportanceSample& 
   const double from_there = camera_density(to.importance) * geometry *
                             flight(flight_depth, vertex.extinction) *
                             static_cast<double>(vertex.cosine(to.wi_world)) / light_paths_;
-  return 1 / (1 + squared(from_there) * before(vertex.sums, f.pdf_reverse));
+  return 1 / (1 + squared(from_there) * (beyond(vertex.sums, f.pdf_reverse) + vertex.sums.merged));
 }
 
 double BdptWeights::connection(const Vertex& from_camera, const Vertex& from_light, Vec3 wi_world,
@@ -174,10 +188,19 @@ double BdptWeights::connection(const Vertex& from_camera, const Vertex& from_lig
     return squared(static_cast<double>(pdf) * static_cast<double>(at.cosine(wi_world)) / distance2 *
                    flight(flight_depth, at.extinction));
   };
+  const bool would_merge = is_sharp_density(static_cast<double>(g.pdf_solid_angle));
   const double others =
-      reached(f.pdf_solid_angle, from_light) * before(from_light.sums, g.pdf_reverse) +
-      reached(g.pdf_solid_angle, from_camera) * before(from_camera.sums, f.pdf_reverse);
+      reached(f.pdf_solid_angle, from_light) *
+          (beyond(from_light.sums, g.pdf_reverse) + from_light.sums.merged) +
+      reached(g.pdf_solid_angle, from_camera) *
+          (beyond(from_camera.sums, f.pdf_reverse) + (would_merge ? from_camera.sums.merged : 0));
   return 1 / (1 + others);
+}
+
+double BdptWeights::merging(const PartialSums& from_camera, const PartialSums& from_light,
+                            const ScatterEval& f) noexcept {
+  const double others = beyond(from_camera, f.pdf_reverse) + beyond(from_light, f.pdf_solid_angle);
+  return 1 / (1 + others / from_camera.merged);
 }
 
 }  // namespace core

@@ -9,9 +9,10 @@
 /// the squared distance, times the cosine at a surface.
 ///
 /// Sources: Veach 1997, 10.2; the partial sums: van Antwerpen 2011, "Recursive MIS computation for
-/// streaming BDPT on the GPU", and Georgiev 2012, "Implementing vertex connection and merging";
-/// media: Lafortune and Willems 1996, "Rendering participating media with bidirectional path
-/// tracing", and PBR 3rd ed., 16.3.
+/// streaming BDPT on the GPU", and Georgiev 2012, "Implementing vertex connection and merging",
+/// where the sums for merging are those for connections over PartialSums::merged; media: Lafortune
+/// and Willems 1996, "Rendering participating media with bidirectional path tracing", and PBR 3rd
+/// ed., 16.3.
 #pragma once
 
 #include "core/integrators/bidirectional/bdpt_vertex.h"
@@ -40,10 +41,10 @@ class BdptWeights {
   /// direction and the normal there. forward: solid-angle density of the new direction; reverse: of
   /// the old one, given the new one.
   static PartialSums after_scattering(const PartialSums& here, double cosine, double forward,
-                                      double reverse) noexcept;
+                                      double reverse, TransportMode mode) noexcept;
   /// The same for a delta direction.
   static PartialSums after_delta(const PartialSums& here, double cosine) noexcept {
-    return {0, here.vc * squared(cosine)};
+    return {0, (here.vc + here.merged_before) * squared(cosine)};
   }
 
   // MIS weights. flight_depth: optical depth of scattering media along the connection.
@@ -62,6 +63,10 @@ class BdptWeights {
   /// there.
   double connection(const Vertex& from_camera, const Vertex& from_light, Vec3 wi_world,
                     const ScatterEval& f, const ScatterEval& g, Rgb flight_depth) const noexcept;
+  /// Both subpaths end at the same vertex. f: scattering there, towards the light subpath's last
+  /// segment. Pre: from_camera.merged > 0.
+  static double merging(const PartialSums& from_camera, const PartialSums& from_light,
+                        const ScatterEval& f) noexcept;
 
  private:
   double flight(Rgb depth, Rgb extinction) const noexcept {

@@ -1,8 +1,5 @@
 #include "core/integrators/maps/photon_map.h"
 
-#include <algorithm>
-#include <bit>
-
 namespace core {
 namespace {
 
@@ -38,33 +35,6 @@ Vec3 PackedDirection::unpacked() const noexcept {
     x = unfolded;
   }
   return normalize({x, y, z});
-}
-
-PhotonMap::PhotonMap(std::vector<std::vector<Photon>>& parts, float radius_m)
-    : radius_m_(radius_m) {
-  std::size_t count = 0;
-  for (const auto& part : parts) {
-    count += part.size();
-  }
-  first_.assign(std::bit_ceil(std::max<std::size_t>(count, 16)) + 1, 0);
-  for (const auto& part : parts) {
-    for (const Photon& photon : part) {
-      ++first_[bucket(cell_below(photon.position, 0))];
-    }
-  }
-  std::uint32_t sum = 0;
-  for (std::uint32_t& first : first_) {
-    sum += first;
-    first = sum;
-  }
-  photons_.resize(count);
-  // Goes backwards, so that the order is kept and first_ ends up at the beginnings.
-  for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
-    for (auto photon = part->rbegin(); photon != part->rend(); ++photon) {
-      photons_[--first_[bucket(cell_below(photon->position, 0))]] = *photon;
-    }
-    std::vector<Photon>().swap(*part);
-  }
 }
 
 }  // namespace core

@@ -1,11 +1,13 @@
-/// PhotonMap: stores photons on surfaces and finds those near a point.
+/// PhotonGrid: stores photons on surfaces and finds those near a point.
 ///
 /// A hashed grid: the photons of a bucket are contiguous, in insertion order. Source: Jensen 2001,
 /// "Realistic Image Synthesis Using Photon Mapping"; the hashed grid: PBR 4th ed., section 13.4
 /// (online).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -49,11 +51,13 @@ struct Photon {
 
 static_assert(sizeof(Photon) == kPhotonBytes);
 
-class PhotonMap {
+/// P: has a `position` (world, m).
+template <typename P>
+class PhotonGrid {
  public:
   /// Empties `parts`. radius_m > 0: search radius of each().
-  PhotonMap(std::vector<std::vector<Photon>>& parts, float radius_m);
-  PhotonMap() = default;
+  PhotonGrid(std::vector<std::vector<P>>& parts, float radius_m);
+  PhotonGrid() = default;
 
   /// Calls visit(photon) for all photons within the radius of the point, always in the same order.
   template <typename Visit>
@@ -66,12 +70,43 @@ class PhotonMap {
   std::uint32_t bucket(const Cell& cell) const noexcept;
 
   float radius_m_ = 0;
-  std::vector<Photon> photons_;
+  std::vector<P> photons_;
   std::vector<std::uint32_t> first_;  ///< [bucket + 1]
 };
 
+using PhotonMap = PhotonGrid<Photon>;
+
+template <typename P>
+PhotonGrid<P>::PhotonGrid(std::vector<std::vector<P>>& parts, float radius_m)
+    : radius_m_(radius_m) {
+  std::size_t count = 0;
+  for (const auto& part : parts) {
+    count += part.size();
+  }
+  first_.assign(std::bit_ceil(std::max<std::size_t>(count, 16)) + 1, 0);
+  for (const auto& part : parts) {
+    for (const P& photon : part) {
+      ++first_[bucket(cell_below(photon.position, 0))];
+    }
+  }
+  std::uint32_t sum = 0;
+  for (std::uint32_t& first : first_) {
+    sum += first;
+    first = sum;
+  }
+  photons_.resize(count);
+  // Goes backwards, so that the order is kept and first_ ends up at the beginnings.
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+    for (auto photon = part->rbegin(); photon != part->rend(); ++photon) {
+      photons_[--first_[bucket(cell_below(photon->position, 0))]] = *photon;
+    }
+    std::vector<P>().swap(*part);
+  }
+}
+
 /// Cells are as wide as the diameter of the search sphere, so it overlaps at most two on each axis.
-inline PhotonMap::Cell PhotonMap::cell_below(Vec3 point, double shift) const noexcept {
+template <typename P>
+typename PhotonGrid<P>::Cell PhotonGrid<P>::cell_below(Vec3 point, double shift) const noexcept {
   const double scale = 0.5 / static_cast<double>(radius_m_);
   const auto along = [=](float at) {
     return static_cast<std::int64_t>(std::floor(static_cast<double>(at) * scale - shift));
@@ -79,7 +114,8 @@ inline PhotonMap::Cell PhotonMap::cell_below(Vec3 point, double shift) const noe
   return {along(point.x), along(point.y), along(point.z)};
 }
 
-inline std::uint32_t PhotonMap::bucket(const Cell& cell) const noexcept {
+template <typename P>
+std::uint32_t PhotonGrid<P>::bucket(const Cell& cell) const noexcept {
   // Teschner and others 2003, "Optimized Spatial Hashing", with 64-bit primes.
   std::uint64_t h = static_cast<std::uint64_t>(cell[0]) * 0x9e3779b97f4a7c15ULL;
   h ^= static_cast<std::uint64_t>(cell[1]) * 0xc2b2ae3d27d4eb4fULL;
@@ -88,8 +124,9 @@ inline std::uint32_t PhotonMap::bucket(const Cell& cell) const noexcept {
   return static_cast<std::uint32_t>(h) & static_cast<std::uint32_t>(first_.size() - 2);
 }
 
+template <typename P>
 template <typename Visit>
-void PhotonMap::each(Vec3 point, Visit&& visit) const noexcept {
+void PhotonGrid<P>::each(Vec3 point, Visit&& visit) const noexcept {
   if (photons_.empty()) {
     return;
   }

@@ -14,14 +14,13 @@
 #include <vector>
 
 #include "core/integrators/first_surfaces.h"
-#include "core/integrators/maps/photon_map.h"
+#include "core/integrators/maps/photon_pass.h"
 #include "core/integrators/path/path_tracer.h"
 #include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/materials/adjoint_bsdf.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
-#include "core/samplers/streams.h"
 #include "core/settings/photon_rules.h"
 #include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
@@ -32,35 +31,7 @@
 namespace core {
 namespace {
 
-/// Number of particles per part.
-constexpr int kPartPaths = 1024;
-
-class Photons final : public Prepass {
- public:
-  Photons(int first, int paths, float radius) : radius_m(radius), sample_(first) {
-    for (int from = 0; from < paths; from += kPartPaths) {
-      ends_.push_back(std::min(from + kPartPaths, paths));
-    }
-    parts.resize(ends_.size());
-  }
-  int sample() const noexcept override { return sample_; }
-  int part_count() const noexcept override { return static_cast<int>(ends_.size()); }
-  bool build() override {
-    map = PhotonMap(parts, radius_m);
-    return true;
-  }
-
-  int begin(int part) const { return part * kPartPaths; }
-  int end(int part) const { return ends_[static_cast<std::size_t>(part)]; }
-
-  float radius_m;
-  std::vector<std::vector<Photon>> parts;
-  PhotonMap map;
-
- private:
-  int sample_;
-  std::vector<int> ends_;
-};
+using Photons = PhotonPass<Photon>;
 
 /// Selects the particles around a point that count.
 enum class Gathered {
@@ -132,16 +103,11 @@ std::unique_ptr<Prepass> PhotonTracer::start_prepass(int sample) const {
 }
 
 void PhotonTracer::run_prepass(Prepass& pass, int part, std::uint64_t& rays) const {
-  auto& photons = static_cast<Photons&>(pass);
-  // One point set for all particles of a map; each map has another.
-  PathSampler sampler(SamplerType::kSobol, settings_.replicates, settings_.seed | kPhotonStream,
-                      settings_.first_replicate);
-  const int replicate = pass.sample() % settings_.replicates;
-  for (int i = photons.begin(part); i < photons.end(part); ++i) {
-    sampler.start(pass.sample() / settings_.replicates, 0, i * settings_.replicates + replicate);
-    PathState path = start_path(sampler, rays);
-    follow_particle(path, photons.parts[static_cast<std::size_t>(part)]);
-  }
+  static_cast<Photons&>(pass).each_path(part, settings_,
+                                        [&](const PathSampler& sampler, std::vector<Photon>& out) {
+                                          PathState path = start_path(sampler, rays);
+                                          follow_particle(path, out);
+                                        });
 }
 
 void PhotonTracer::follow_particle(PathState& path, std::vector<Photon>& out) const {

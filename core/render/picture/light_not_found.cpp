@@ -30,11 +30,11 @@ enum class CausticLight {
   kByPhotons       ///< wherever the camera sees it
 };
 
-/// Splats are connections, and a prepass for each sample traces photons.
+/// A prepass for each sample traces photons, and splats are connections.
 CausticLight caustic_light_of(const IntegratorEntry& row) {
-  return row.splats                                           ? CausticLight::kByConnections
-         : row.prepass_bytes != nullptr && !row.keeps_prepass ? CausticLight::kByPhotons
-                                                              : CausticLight::kByChance;
+  return row.prepass_bytes != nullptr && !row.keeps_prepass ? CausticLight::kByPhotons
+         : row.splats                                       ? CausticLight::kByConnections
+                                                            : CausticLight::kByChance;
 }
 
 /// Whether the integrator finds light of a route by design, by chance, or never.

@@ -114,7 +114,11 @@ void RenderTask::run(const Slice& slice) {
   const bool has_prepass =
       slice.kind == SliceKind::kPicture && work.chunk < 0 && integrator_has_prepass(m.settings());
   const std::stop_token stop = m.stop_source.get_token();
-  if (has_prepass ? m.gather(work.state, stop) : render_slice(*m.renderer, work, stop)) {
+  // A unit outside the crop has no pixels.
+  const bool whole = has_prepass ? (work.state.pixels.empty() || m.gather(work.state, stop)) &&
+                                       m.renderer->render_light(work.unit, work.light, stop)
+                                 : render_slice(*m.renderer, work, stop);
+  if (whole) {
     accept(std::move(work));
   } else {
     give_back(slice);

@@ -76,8 +76,8 @@ void UnitRenderer::trace_parts(Photons& photons, std::uint64_t& rays) {
 }
 
 bool UnitRenderer::render_one(SliceWork& work, const std::stop_token& stop) {
-  const bool is_meter = work.chunk >= 0;
-  if (is_meter || !integrator_has_prepass(renderer_->view().settings)) {
+  const bool has_pixels = work.chunk < 0 && !work.state.pixels.empty();
+  if (!has_pixels || !integrator_has_prepass(renderer_->view().settings)) {
     return render_slice(*renderer_, work, stop);
   }
   const double cpu_start = thread_cpu_seconds();

@@ -147,7 +147,7 @@ TEST(CheckOptions, RefusesOptionsThatTheIntegratorDoesNotUse) {
       (std::vector<api::FieldError>{
           {"/integrator/max_depth",
            "is not supported by integrator 'direct', but by 'path', 'light-trace', 'bdpt', 'mlt', "
-           "'photon-map', 'sppm', 'irradiance-cache', 'auto'"},
+           "'photon-map', 'sppm', 'vcm', 'irradiance-cache', 'auto'"},
           {"/estimator/strategy", "is not supported by integrator 'direct', but by 'path'"}}));
 }
 

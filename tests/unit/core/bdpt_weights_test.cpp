@@ -1,13 +1,16 @@
-// Weights of bidirectional path tracing: for a given path, those of all strategies add up to 1.
-// Paths have random vertices on a glossy floor, and in fog whose extinction differs by channel and
-// by height or on rough glass; subpaths and weights are the renderer's.
+// Weights of bidirectional path tracing: for a given path, those of all strategies add up to 1,
+// also with the strategies that merge subpaths at the vertices on surfaces. Paths have random
+// vertices on a glossy floor, and in fog whose extinction differs by channel and by height or on
+// rough glass; subpaths and weights are the renderer's.
 #include "core/integrators/bidirectional/bdpt_weights.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <list>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -21,6 +24,7 @@
 
 namespace {
 
+using core::PartialSums;
 using core::Rgb;
 using core::Subpath;
 using core::TransportMode;
@@ -33,7 +37,17 @@ using test_support::Random;
 enum class Lamp { kPanel, kPoint, kSky, kAll };
 /// kNoLightProbability: light samples as if there were one light; kReverse: densities of the way
 /// back are 2% too large.
-enum class Fault { kNone, kNoFlightBack, kNoExtinction, kNoLightProbability, kReverse };
+/// kMergedTwice: connections do not know of the strategies that merge. kOtherDisk: those of the
+/// light subpath believe in a smaller disk.
+enum class Fault {
+  kNone,
+  kNoFlightBack,
+  kNoExtinction,
+  kNoLightProbability,
+  kReverse,
+  kMergedTwice,
+  kOtherDisk
+};
 
 std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   core::MaterialDescription floor;
@@ -62,7 +76,8 @@ std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   return test_support::build(std::move(scene));
 }
 
-core::RenderSettings settings_with(Lamp lamp) {
+/// is_sharp: fog scatters so narrowly that light merges after it.
+core::RenderSettings settings_with(Lamp lamp, bool is_sharp) {
   core::RenderSettings settings;
   settings.film.width = settings.film.height = 16;
   if (lamp == Lamp::kAll) {
@@ -70,7 +85,7 @@ core::RenderSettings settings_with(Lamp lamp) {
   }
   settings.fog = {.scattering = {0.2F, 0.6F, 1.5F},
                   .absorption = {0.1F, 0, 0.3F},
-                  .g = 0.4F,
+                  .g = is_sharp ? 0.9F : 0.4F,
                   .height_falloff = 0.7F};
   return settings;
 }
@@ -92,12 +107,14 @@ struct Target {
 /// One path and the input of its subpaths.
 class Paths {
  public:
-  Paths(Lamp lamp, bool is_orthographic, Fault fault)
+  /// merged: PartialSums::merged; 0: bdpt.
+  Paths(Lamp lamp, bool is_orthographic, Fault fault, double merged = 0)
       : fault_(fault),
+        merged_(merged),
         scene_(scene_with(lamp)),
         sky_(lamp == Lamp::kSky || lamp == Lamp::kAll ? test_support::constant_sky({1, 2, 3})
                                                       : nullptr),
-        settings_(settings_with(lamp)),
+        settings_(settings_with(lamp, merged > 0)),
         fog_(settings_.fog.value_or(core::FogSettings{}), data().center, data().radius_m),
         camera_(camera_of(is_orthographic)),
         lights_(data(), sky_.get(), core::LightPick::kTree),
@@ -110,6 +127,7 @@ class Paths {
     is_possible_ = true;
     camera_side_.clear();
     light_side_.clear();
+    sharp_.clear();
     start_ = emission_.sample(random.uniform(), random.uniform_2d(), random.uniform_2d());
     if (data().has_volumes && lamp() == Lamp::kSky && start_.ray.direction.y > 0) {
       return {};  // from below the glass
@@ -128,6 +146,7 @@ class Paths {
                           flight_depth(last.origin(), to.wi_world, to.distance_m));
     auto from_light = light_side_.rbegin();
     for (const Vertex& vertex : camera_side_) {
+      sum += merging(vertex, *from_light);
       if (++from_light == light_side_.rend()) {
         break;
       }
@@ -142,6 +161,18 @@ class Paths {
   }
 
  private:
+  /// Whether light arrives sharply at a vertex of the light subpath.
+  bool merges(const Vertex& at) const { return sharp_.contains(&at) && at.can_merge(); }
+  double merging(const Vertex& from_camera, const Vertex& from_light) const {
+    if (!(merged_ > 0) || !merges(from_light)) {
+      return 0;
+    }
+    PartialSums sums = from_camera.sums;
+    sums.merged = merged_;
+    return core::BdptWeights::merging(
+        sums, from_light.sums,
+        from_camera.evaluate(from_light.wo_world(), TransportMode::kRadiance));
+  }
   const core::SceneData& data() const { return scene_->data(); }
   /// The light at which the path starts.
   Lamp lamp() const {
@@ -163,6 +194,7 @@ class Paths {
 
   Subpath subpath() {
     Subpath path{core::start_path(sampler_, rays_)};
+    path.merged = fault_ == Fault::kMergedTwice ? 0 : merged_;
     path.fog = settings_.fog ? &fog_ : nullptr;
     return path;
   }
@@ -186,7 +218,7 @@ class Paths {
     f.pdf_reverse *= fault_ == Fault::kReverse ? 1.02F : 1.0F;
     path.sums = core::BdptWeights::after_scattering(
         vertex.sums, static_cast<double>(vertex.cosine(direction)),
-        static_cast<double>(f.pdf_solid_angle), static_cast<double>(f.pdf_reverse));
+        static_cast<double>(f.pdf_solid_angle), static_cast<double>(f.pdf_reverse), mode);
     path.last = {f.pdf_solid_angle, vertex.origin(), vertex.light_normal(), 1};
     path.last_extinction = fault_ == Fault::kNoFlightBack && mode == TransportMode::kImportance
                                ? Rgb(1)
@@ -224,6 +256,7 @@ class Paths {
   }
   void light_subpath() {
     Subpath path = subpath();
+    path.merged *= fault_ == Fault::kOtherDisk ? 0.5 : 1.0;
     const Vec3 first = targets_.back().at;
     core::EmissionSample light = start_;
     if (lamp() == Lamp::kSky) {
@@ -238,6 +271,9 @@ class Paths {
         vertex.extinction = Rgb(1);
       }
       vertex.sums = weights_.at_light_vertex(path, light, vertex);
+      if (path.arrives_sharply()) {
+        sharp_.insert(&vertex);
+      }
       if (i > 0) {
         leave(path, vertex, normalize(targets_[i - 1].at - vertex.origin()),
               TransportMode::kImportance);
@@ -290,6 +326,7 @@ class Paths {
   }
 
   Fault fault_;
+  double merged_;
   bool is_possible_ = true;
   std::shared_ptr<const core::Scene> scene_;
   std::shared_ptr<const core::Environment> sky_;
@@ -305,10 +342,11 @@ class Paths {
   core::EmissionSample start_;
   std::list<Vertex> camera_side_;
   std::list<Vertex> light_side_;
+  std::set<const Vertex*> sharp_;
 };
 
 /// The largest distance from 1 of the sums of many paths with vertices of these kinds: 'f' in fog,
-/// 's' on the floor, 'g' on the glass.
+/// 's' on the floor, 'g' on the glass, '-' in fog, just above the line between its neighbours.
 double worst(Paths& paths, const std::string& kinds) {
   Random random(7);
   double most = 0;
@@ -319,7 +357,13 @@ double worst(Paths& paths, const std::string& kinds) {
       const float x = 2 * random.uniform() - 1;
       const float z = 2 * random.uniform() - 1;
       const float y = kind == 's' ? 0 : kind == 'g' ? 1 : 0.2F + 1.5F * random.uniform();
-      targets.push_back({{x, y, z}, kind != 'f'});
+      targets.push_back({{x, y, z}, kind == 's' || kind == 'g'});
+    }
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      if (kinds[k] == '-') {
+        targets[k].at = (targets[k - 1].at + targets[k + 1].at) * 0.5F;
+        targets[k].at.y += 0.02F + 0.1F * random.uniform();
+      }
     }
     if (const auto sum = paths.sum_of_weights(targets, random)) {
       most = std::max(most, std::fabs(*sum - 1));
@@ -354,6 +398,34 @@ TEST(BdptWeights, AddUpToOneUnderManyKindsOfLightsThroughGlass) {
     Paths paths(Lamp::kAll, is_orthographic, Fault::kNone);
     for (const char* kinds : kGlassKinds) {
       EXPECT_LT(worst(paths, kinds), kRounding) << kinds << ", " << is_orthographic;
+    }
+  }
+}
+
+/// Squares of the light paths in a disk, for a density of 1 per area: one to a thousand.
+constexpr std::array kMerged = {1.0, 1e3, 1e6};
+
+constexpr std::array kMergingKinds = {"s-s", "s-s-s", "fs-sf", "s-sfs-s"};
+
+TEST(BdptWeights, AddUpToOneWithMerging) {
+  for (const double merged : kMerged) {
+    for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
+      for (const bool is_orthographic : {false, true}) {
+        Paths paths(lamp, is_orthographic, Fault::kNone, merged);
+        for (const char* kinds : kMergingKinds) {
+          EXPECT_LT(worst(paths, kinds), kRounding) << kinds << ", lamp " << static_cast<int>(lamp)
+                                                    << ", " << is_orthographic << ", " << merged;
+        }
+      }
+    }
+  }
+}
+
+TEST(BdptWeights, DetectsAChainThatIsCountedTwiceAndADiskOfAnotherSize) {
+  for (const Fault fault : {Fault::kMergedTwice, Fault::kOtherDisk}) {
+    Paths paths(Lamp::kPanel, false, fault, 1e6);
+    for (const char* kinds : kMergingKinds) {
+      EXPECT_GT(worst(paths, kinds), kRounding) << kinds << ", " << static_cast<int>(fault);
     }
   }
 }

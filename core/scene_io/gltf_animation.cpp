@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/scene_io/gltf_accessor.h"
+#include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_nodes.h"
 
 namespace core {
 namespace {
@@ -95,6 +99,17 @@ std::vector<float> sample(const Track& track, double time, bool is_rotation) {
     out[i] = (1 - t) * key[i] + t * next[i];
   }
   return out;
+}
+
+/// Returns the greatest of the keys' first values.
+float greatest_key(const Track& track) {
+  const bool is_cubic = track.interpolation == "CUBICSPLINE";
+  const std::size_t step = track.width * (is_cubic ? 3 : 1);
+  float most = -std::numeric_limits<float>::infinity();
+  for (std::size_t i = is_cubic ? track.width : 0; i < track.values.size(); i += step) {
+    most = std::max(most, track.values[i]);
+  }
+  return most;
 }
 
 struct SamplerUse {
@@ -293,7 +308,23 @@ class Player {
       v = std::clamp(v, pointer.min, pointer.max);
     }
     moment_.values.push_back(std::move(value));
+    note_lights(pointer.path, greatest_key(*track));
     return ok_status();
+  }
+
+  /// Lights that are faded or hidden at this time are lights of the scene. most: of the keys.
+  void note_lights(const std::string& path, float most) {
+    if (path.ends_with("/extensions/KHR_node_visibility/visible")) {
+      const int node = std::stoi(path.substr(std::string_view("/nodes/").size()));
+      moment_.nodes[node].is_shown_once =
+          most > 0 || is_shown(model_.nodes[static_cast<std::size_t>(node)]);
+    } else if (path.ends_with("/KHR_materials_emissive_strength/emissiveStrength")) {
+      const auto material = std::stoul(path.substr(std::string_view("/materials/").size()));
+      const tinygltf::Value* const own =
+          find_extension(model_.materials[material].extensions, "KHR_materials_emissive_strength");
+      const float at_rest = own == nullptr ? 1 : value_number(*own, "emissiveStrength", 1);
+      moment_.has_emissive_strength = moment_.has_emissive_strength || std::max(most, at_rest) > 1;
+    }
   }
 
   const tinygltf::Model& model_;

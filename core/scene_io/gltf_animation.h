@@ -18,6 +18,7 @@ struct AnimatedNode {
   std::optional<Vec4> rotation;  ///< unit quaternion x, y, z, w
   std::optional<Vec3> scale;
   std::vector<float> weights;  ///< empty: not animated
+  bool is_shown_once = false;  ///< by KHR_node_visibility, in the file or at some key
 };
 
 using AnimatedNodes = std::map<int, AnimatedNode>;
@@ -33,6 +34,8 @@ struct AnimatedValue {
 struct AnimatedMoment {
   AnimatedNodes nodes;
   std::vector<AnimatedValue> values;
+  /// Some animated KHR_materials_emissive_strength is above 1 in the file or at some key.
+  bool has_emissive_strength = false;
 };
 
 /// Evaluates all animations at once. Before its first and after its last key an animation holds

@@ -88,16 +88,29 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
       "/variant"};
 }
 
-/// Returns the nodes that animations move; other animated values are set in `model`.
-Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& source,
-                                      const GltfOptions& options, tinygltf::Model& model,
-                                      GltfRepairs& repairs) {
+/// Returns the nodes that animations move or show; other animated values are set in `model`. In the
+/// rest pose nothing moves, but what is shown at some time is known.
+Result<AnimatedMoment> play_animations(const CheckedGltf& checked, GltfSource& source,
+                                       const GltfOptions& options, tinygltf::Model& model,
+                                       GltfRepairs& repairs) {
   if (!options.time_seconds) {
-    return AnimatedNodes();
+    AnimatedMoment rest;
+    GltfRepairs ignored(/*is_strict=*/false);
+    if (!source.tables().pointers.empty()) {
+      auto any = evaluate_animations(model, source, 0, ignored);
+      if (!any) {
+        return any.error();
+      }
+      rest.has_emissive_strength = any->has_emissive_strength;
+      for (const auto& [node, animated] : any->nodes) {
+        rest.nodes[node].is_shown_once = animated.is_shown_once;
+      }
+    }
+    return rest;
   }
   auto moment = evaluate_animations(model, source, *options.time_seconds, repairs);
   if (!moment) {
-    return moment.error();
+    return moment;
   }
   if (!moment->values.empty()) {
     if (options.shutter_seconds > 0) {
@@ -112,7 +125,7 @@ Result<AnimatedNodes> play_animations(const CheckedGltf& checked, GltfSource& so
     }
     model = *std::move(changed);
   }
-  return std::move(moment->nodes);
+  return moment;
 }
 
 /// A document without the bytes that it refers to.
@@ -183,6 +196,7 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   if (!animated) {
     return animated.error();
   }
+  scene.has_emissive_strength = animated->has_emissive_strength;
   GltfImages images(model, *source, texture_images, options.limits, scene);
   if (auto status = read_materials(model, checked.tables, images, scene); !status) {
     return status.error();
@@ -199,7 +213,7 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
     return status.error();
   }
   GltfMeshes meshes(model, *source, options, *variant, repairs, scene);
-  if (auto status = place_nodes(model, *source, meshes, options, *animated, scene); !status) {
+  if (auto status = place_nodes(model, *source, meshes, options, animated->nodes, scene); !status) {
     return status.error();
   }
   if (!options.geometry_only) {

@@ -193,12 +193,17 @@ Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_
                *chosen < 0 ? roots(model) : model.scenes[static_cast<std::size_t>(*chosen)].nodes);
 }
 
-std::vector<bool> visible_nodes(const tinygltf::Model& model) {
+bool is_shown(const tinygltf::Node& node) {
+  const auto* own = find_extension(node.extensions, "KHR_node_visibility");
+  return own == nullptr || !own->Has("visible") || own->Get("visible").Get<bool>();
+}
+
+std::vector<bool> visible_nodes(const tinygltf::Model& model, const AnimatedNodes& animated) {
   std::vector<bool> visible(model.nodes.size(), true);
   for (const int i : below(model, roots(model))) {
     const auto node = static_cast<std::size_t>(i);
-    const auto* own = find_extension(model.nodes[node].extensions, "KHR_node_visibility");
-    if (own != nullptr && own->Has("visible") && !own->Get("visible").Get<bool>()) {
+    const auto it = animated.find(i);
+    if (!is_shown(model.nodes[node]) && !(it != animated.end() && it->second.is_shown_once)) {
       visible[node] = false;
     }
     // Parents come first.

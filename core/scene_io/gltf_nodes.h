@@ -40,7 +40,11 @@ Result<std::vector<int>> nodes_of_scene(const tinygltf::Model& model, int scene_
 /// Returns the selected scene, or -1 if the file has none. Errors: as nodes_of_scene().
 Result<int> chosen_scene(const tinygltf::Model& model, int scene_index);
 
-/// Returns for each node whether it and all its ancestors are visible (KHR_node_visibility).
-std::vector<bool> visible_nodes(const tinygltf::Model& model);
+/// Returns whether a node hides nothing (KHR_node_visibility).
+bool is_shown(const tinygltf::Node& node);
+
+/// Returns for each node whether it and all its ancestors are visible; those with is_shown_once
+/// count as visible.
+std::vector<bool> visible_nodes(const tinygltf::Model& model, const AnimatedNodes& animated = {});
 
 }  // namespace core

@@ -58,13 +58,19 @@ class NodePlacer {
       first_instance_[object.id - 1] = object.first_instance;
     }
     const std::vector<bool> visible = visible_nodes(model_);
+    const std::vector<bool> visible_once = visible_nodes(model_, animated_);
     for (const int node : *order) {
       place_camera(node);
-      if (!visible[static_cast<std::size_t>(node)]) {
+      const bool is_visible = visible[static_cast<std::size_t>(node)];
+      if (is_visible || visible_once[static_cast<std::size_t>(node)]) {
+        // Hidden by an animation, a light is as if faded: still a light of the scene.
+        const float shown = is_visible ? 1 : 0;
+        place_light(node, shown);
+        place_profile(node, shown);
+      }
+      if (!is_visible) {
         continue;
       }
-      place_light(node);
-      place_profile(node);
       if (auto status = place_mesh(node); !status) {
         return status;
       }
@@ -122,7 +128,7 @@ class NodePlacer {
     }
   }
 
-  void place_light(int node) {
+  void place_light(int node, float shown) {
     const auto* extension = find_extension(node_at(node).extensions, "KHR_lights_punctual");
     if (extension == nullptr) {
       return;
@@ -134,7 +140,7 @@ class NodePlacer {
     light.type = in.type == "directional" ? PunctualType::kDirectional
                  : in.type == "spot"      ? PunctualType::kSpot
                                           : PunctualType::kPoint;
-    const auto intensity = static_cast<float>(in.intensity);
+    const float intensity = static_cast<float>(in.intensity) * shown;
     const std::vector<float> color = narrowed(in.color);
     light.intensity =
         color.size() == 3 ? Rgb{color[0], color[1], color[2]} * intensity : Rgb(intensity);
@@ -145,7 +151,7 @@ class NodePlacer {
     light.group = group_of(node);
   }
 
-  void place_profile(int node) {
+  void place_profile(int node, float shown) {
     const auto* extension = find_extension(node_at(node).extensions, "EXT_lights_ies");
     if (extension == nullptr) {
       return;
@@ -154,7 +160,7 @@ class NodePlacer {
     light.name = node_at(node).name;
     light.type = PunctualType::kProfile;
     light.intensity =
-        value_rgb(*extension, "color", Rgb(1)) * value_number(*extension, "multiplier", 1);
+        value_rgb(*extension, "color", Rgb(1)) * value_number(*extension, "multiplier", 1) * shown;
     light.profile = value_integer(*extension, "light", 0);
     lights_.push_back(matrix_of(node));
     light.group = group_of(node);

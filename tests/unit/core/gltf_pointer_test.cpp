@@ -118,6 +118,71 @@ TEST(GltfPointer, HidesANodeTemporarily) {
   EXPECT_EQ(instances_at(std::nullopt), 1);
 }
 
+/// Luminous intensities of the lights of a scene with a light in a hidden or shown node below a
+/// node whose visibility has two keys.
+std::vector<float> lights_at(std::optional<double> time, const char* node,
+                             const std::vector<std::uint8_t>& keys) {
+  core::GlbWriter writer;
+  add_triangle(writer);
+  writer.set("extensions", R"({"KHR_lights_punctual":{"lights":[{"type":"point"}]}})");
+  writer.add("nodes",
+             R"({"children":[2],"extensions":{"KHR_node_visibility":)" + std::string(node) + "}}");
+  writer.add("nodes", R"({"extensions":{"KHR_lights_punctual":{"light":0}}})");
+  animate(writer, {"/nodes/1/extensions/KHR_node_visibility/visible", {}, "SCALAR", "STEP"},
+          accessor(writer, keys, kU8, "SCALAR", 1));
+  core::GltfOptions options;
+  options.time_seconds = time;
+  const auto scene = load(writer, options);
+  std::vector<float> intensities;
+  for (const auto& light : scene.value().lights) {
+    intensities.push_back(light.intensity.r);
+  }
+  return intensities;
+}
+
+// The sky that jobs get by default depends on whether a scene has lights, so at all times the same.
+TEST(GltfPointer, LightsThatItHidesForATimeRemainWithoutIntensity) {
+  const std::vector<float> lit = {1};
+  const std::vector<float> dark = {0};
+  for (const char* node : {"{}", R"({"visible":false})"}) {
+    EXPECT_EQ(lights_at(0, node, {1, 0}), lit) << node;
+    EXPECT_EQ(lights_at(3, node, {1, 0}), dark) << node;
+    EXPECT_EQ(lights_at(0, node, {0, 1}), dark) << node;
+    EXPECT_EQ(lights_at(3, node, {0, 1}), lit) << node;
+  }
+  EXPECT_EQ(lights_at(3, "{}", {0, 0}), dark);
+  EXPECT_EQ(lights_at(std::nullopt, "{}", {0, 0}), lit);
+  EXPECT_EQ(lights_at(std::nullopt, R"({"visible":false})", {0, 1}), dark);
+  // Never shown:
+  EXPECT_TRUE(lights_at(3, R"({"visible":false})", {0, 0}).empty());
+  EXPECT_TRUE(lights_at(std::nullopt, R"({"visible":false})", {0, 0}).empty());
+}
+
+TEST(GltfPointer, EmissionIsStrongIfItIsAtAnyTime) {
+  const auto is_strong = [](std::optional<double> time, const char* own, Track track) {
+    core::GlbWriter writer;
+    writer.add("materials",
+               R"({"extensions":{"KHR_materials_emissive_strength":)" + std::string(own) + "}}");
+    add_triangle(writer, "\"material\":0");
+    track.pointer = "/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength";
+    animate(writer, track);
+    core::GltfOptions options;
+    options.time_seconds = time;
+    return load(writer, options).value().has_emissive_strength;
+  };
+  const char* const strong = R"({"emissiveStrength":4})";
+  const std::vector<std::optional<double>> times = {std::nullopt, 0, 2, 3, 9};
+  for (const std::optional<double> time : times) {
+    EXPECT_TRUE(is_strong(time, "{}", {"", {4, 0}}));
+    EXPECT_TRUE(is_strong(time, "{}", {"", {0, 4}}));
+    EXPECT_TRUE(is_strong(time, strong, {"", {0, 0}}));
+    EXPECT_FALSE(is_strong(time, "{}", {"", {0, 1}}));
+    // Of splines the values count, not the tangents.
+    EXPECT_FALSE(is_strong(time, "{}", {"", {5, 0, 0, 0, 1, 5}, "SCALAR", "CUBICSPLINE"}));
+    EXPECT_TRUE(is_strong(time, "{}", {"", {0, 0, 0, 0, 4, 0}, "SCALAR", "CUBICSPLINE"}));
+  }
+}
+
 TEST(GltfPointer, RefusesABooleanOutputAsFloats) {
   core::GlbWriter writer;
   add_triangle(writer, "", R"("extensions":{"KHR_node_visibility":{}})");

@@ -33,6 +33,24 @@ bool looks_like_an_object(std::string_view json) {
   return first != std::string_view::npos && json[first] == '{';
 }
 
+/// Returns "UTF-16" or "UTF-32" if the text begins with their byte order mark or, without one, with
+/// "{"; else nothing.
+std::string_view other_encoding(std::string_view text) {
+  using std::string_view_literals::operator""sv;
+  for (const std::string_view begin :
+       {"\xFF\xFE\0\0"sv, "\0\0\xFE\xFF"sv, "{\0\0\0"sv, "\0\0\0{"sv}) {
+    if (text.starts_with(begin)) {
+      return "UTF-32";
+    }
+  }
+  for (const std::string_view begin : {"\xFF\xFE"sv, "\xFE\xFF"sv, "{\0"sv, "\0{"sv}) {
+    if (text.starts_with(begin)) {
+      return "UTF-16";
+    }
+  }
+  return {};
+}
+
 Status check_json(std::string_view json, const GltfLimits& limits) {
   if (json.size() > limits.json_bytes_max) {
     return Error{ErrorCode::kTooLarge,
@@ -168,6 +186,9 @@ Result<GltfContainer> open_container(std::span<const std::byte> file, const Gltf
     container = *glb;
   } else {
     container.json = {reinterpret_cast<const char*>(file.data()), file.size()};
+    if (const auto encoding = other_encoding(container.json); !encoding.empty()) {
+      return invalid("the glTF JSON is encoded in " + std::string(encoding) + "; it must be UTF-8");
+    }
     if (!looks_like_an_object(container.json)) {
       return invalid(
           "this is neither a GLB nor glTF JSON: the one begins with \"glTF\", the other with "

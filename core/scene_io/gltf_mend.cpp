@@ -1,5 +1,6 @@
 #include "core/scene_io/gltf_mend.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -8,6 +9,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -23,7 +25,7 @@ using Json = GltfJson;
 constexpr double kShearMax = 1e-3;
 
 /// KHR_lights_punctual requires inner < outer. Cones that are equal in the file keep a soft edge of
-/// this part of the outer one.
+/// this part of the outer one; if that is 0, this many radians count.
 constexpr double kSoftEdge = 1e-4;
 
 std::string at(const char* array, std::size_t i) {
@@ -115,24 +117,93 @@ Status mend_cameras(Json& root, GltfTables& tables, GltfRepairs& repairs) {
 }
 
 /// KHR_materials_ior allows 0, for full reflection, and values from 1 on.
+Status mend_ior(Json& material, const std::string& where, GltfRepairs& repairs) {
+  const Json::json_pointer place("/extensions/KHR_materials_ior/ior");
+  if (!material.contains(place)) {
+    return ok_status();
+  }
+  Json& ior = material.at(place);
+  if (ior == 0 || ior.get<double>() >= 1) {
+    return ok_status();
+  }
+  const std::string fault = shown(ior) + " is neither 0 nor at least 1";
+  ior = 1;
+  return repairs.mended("clamped", where + place.to_string(), fault, "1 counts");
+}
+
+Status mend_attenuation(Json& material, const std::string& where, GltfRepairs& repairs) {
+  const Json::json_pointer place("/extensions/KHR_materials_volume/attenuationDistance");
+  if (!material.contains(place) || material.at(place).get<double>() > 0) {
+    return ok_status();
+  }
+  const std::string fault = shown(material.at(place)) + " is not above 0";
+  material.at(place.parent_pointer()).erase(place.back());
+  return repairs.mended("left_out", where + place.to_string(), fault, "nothing is absorbed");
+}
+
 Status mend_materials(Json& root, GltfRepairs& repairs) {
   Json* const materials = array_in(root, "materials");
-  const Json::json_pointer place("/extensions/KHR_materials_ior/ior");
   for (std::size_t i = 0; materials != nullptr && i < materials->size(); ++i) {
-    Json& material = (*materials)[i];
-    if (!material.contains(place)) {
+    const std::string where = at("materials", i);
+    Status status = mend_attenuation((*materials)[i], where, repairs);
+    if (status && !repairs.is_strict()) {  // Strict reading refuses another ior later.
+      status = mend_ior((*materials)[i], where, repairs);
+    }
+    if (!status) {
+      return status;
+    }
+  }
+  return ok_status();
+}
+
+/// Integers of these attributes must be normalised (glTF 2.0, 3.7.2.1); KHR_mesh_quantization lifts
+/// that for texture coordinates.
+Status mend_attributes(const Json& attributes, bool is_quantized, Json& accessors,
+                       GltfRepairs& repairs) {
+  for (const auto& [name, index] : attributes.items()) {
+    const bool must_be_normalized = name.starts_with("COLOR_") || name.starts_with("WEIGHTS_") ||
+                                    (name.starts_with("TEXCOORD_") && !is_quantized);
+    if (!must_be_normalized || index.get<std::size_t>() >= accessors.size()) {
       continue;
     }
-    Json& ior = material.at(place);
-    if (ior == 0 || ior.get<double>() >= 1) {
+    Json& accessor = accessors[index.get<std::size_t>()];
+    const int type = accessor.value("componentType", 0);
+    const bool is_integer = type == 5120 || type == 5121 || type == 5122 || type == 5123;
+    if (!is_integer || accessor.value("normalized", false)) {
       continue;
     }
-    const std::string fault = shown(ior) + " is neither 0 nor at least 1";
-    ior = 1;
-    if (auto status =
-            repairs.mended("clamped", at("materials", i) + place.to_string(), fault, "1 counts");
+    accessor["normalized"] = true;
+    if (auto status = repairs.mended("missing", at("accessors", index.get<std::size_t>()),
+                                     "integers of " + name + " must be normalized",
+                                     "they count as normalized");
         !status) {
       return status;
+    }
+  }
+  return ok_status();
+}
+
+Status mend_meshes(Json& root, GltfRepairs& repairs) {
+  Json* const meshes = array_in(root, "meshes");
+  Json* const accessors = array_in(root, "accessors");
+  bool is_quantized = false;
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    const Json* const names = array_in(root, list);
+    is_quantized =
+        is_quantized || (names != nullptr && std::find(names->begin(), names->end(),
+                                                       "KHR_mesh_quantization") != names->end());
+  }
+  for (std::size_t m = 0; meshes != nullptr && accessors != nullptr && m < meshes->size(); ++m) {
+    for (const Json& primitive : (*meshes)[m].at("primitives")) {
+      std::vector<Json> all(1, primitive.at("attributes"));
+      if (const auto targets = primitive.find("targets"); targets != primitive.end()) {
+        all.insert(all.end(), targets->begin(), targets->end());
+      }
+      for (const Json& attributes : all) {
+        if (auto status = mend_attributes(attributes, is_quantized, *accessors, repairs); !status) {
+          return status;
+        }
+      }
     }
   }
   return ok_status();
@@ -146,20 +217,32 @@ Status mend_spots(Json& root, GltfRepairs& repairs) {
   Json& lights = root.at(place);
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const std::string where = place.to_string() + "/" + std::to_string(i) + "/spot";
-    const auto spot = lights[i].find("spot");
-    if (lights[i].at("type") != "spot" || spot == lights[i].end()) {
+    if (lights[i].at("type") != "spot") {
       continue;
     }
+    if (!lights[i].contains("spot")) {
+      lights[i]["spot"] = Json::object();
+      if (auto status =
+              repairs.mended("missing", where, "a spot light must have an object \"spot\"",
+                             "its angles are the defaults");
+          !status) {
+        return status;
+      }
+    }
+    Json& spot = lights[i].at("spot");
     constexpr double kQuarter = 0.7853981633974483;  // the default of outerConeAngle
-    const double outer = spot->value("outerConeAngle", kQuarter);
-    const double inner = spot->value("innerConeAngle", 0.0);
-    if (inner < outer || !(outer > 0)) {
+    const double outer = spot.value("outerConeAngle", kQuarter);
+    const double inner = spot.value("innerConeAngle", 0.0);
+    if (inner < outer) {
       continue;
     }
-    (*spot)["innerConeAngle"] = outer * (1 - kSoftEdge);
+    const double mended = outer > 0 ? outer : kSoftEdge;
+    spot["outerConeAngle"] = mended;
+    spot["innerConeAngle"] = mended * (1 - kSoftEdge);
     if (auto status =
             repairs.mended("clamped", where, "innerConeAngle must be less than outerConeAngle",
-                           "the cone has a hard edge at outerConeAngle");
+                           outer > 0 ? "the cone has a hard edge at outerConeAngle"
+                                     : "the cone is as narrow as can be");
         !status) {
       return status;
     }
@@ -276,23 +359,21 @@ std::map<std::size_t, std::set<std::string>> animated_parts(Json& root) {
 }  // namespace
 
 Status mend_document(GltfJson& root, GltfTables& tables, GltfRepairs& repairs) {
-  if (repairs.is_strict()) {
-    return mend_cameras(root, tables, repairs);  // The schema refuses the others.
+  Status status = mend_cameras(root, tables, repairs);
+  status = status ? mend_materials(root, repairs) : status;
+  status = status ? mend_meshes(root, repairs) : status;
+  status = status ? mend_spots(root, repairs) : status;
+  if (!status || repairs.is_strict()) {
+    return status;  // Strict reading refuses the others later.
   }
   Json* const nodes = array_in(root, "nodes");
   for (std::size_t i = 0; nodes != nullptr && i < nodes->size(); ++i) {
-    if (auto status = mend_node((*nodes)[i], at("nodes", i), repairs); !status) {
+    if (status = mend_node((*nodes)[i], at("nodes", i), repairs); !status) {
       return status;
     }
   }
-  if (auto status = mend_cameras(root, tables, repairs); !status) {
-    return status;
-  }
   mend_animations(root, tables, repairs);
-  if (auto status = mend_materials(root, repairs); !status) {
-    return status;
-  }
-  return mend_spots(root, repairs);
+  return ok_status();
 }
 
 Status take_animated_matrices_apart(GltfJson& root, GltfRepairs& repairs) {

@@ -9,9 +9,9 @@
 
 namespace core {
 
-/// Mends nodes, cameras, spots and animations so that parse_model() accepts them; cameras and
-/// animations without a meaning are left out. Does nothing if reading is strict. Pre:
-/// check_schemas() accepted the document.
+/// Mends nodes, cameras, materials, spots, animations and accessors of vertices so that
+/// parse_model() accepts them; cameras and animations without a meaning are left out. Strict:
+/// kInvalidArgument for what later steps would accept. Pre: check_schemas() accepted the document.
 Status mend_document(GltfJson& root, GltfTables& tables, GltfRepairs& repairs);
 
 /// Takes the matrix of every node whose translation, rotation or scale is animated apart. Pre:

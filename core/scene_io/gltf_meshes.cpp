@@ -87,6 +87,13 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
       continue;
     }
     GltfPrimitive primitive = std::move(**read);
+    if (primitive.turned > 0) {
+      repairs_.note("turned", where,
+                    "the normals of " + std::to_string(primitive.turned) + " of the " +
+                        std::to_string(primitive.base.indices.size() / 3) + " triangles" +
+                        (mesh.name.empty() ? "" : " of mesh '" + mesh.name + "'") +
+                        " point to the back of their triangle; they are turned");
+    }
     primitive.base.material = material;
     primitive.base.id = first_id + static_cast<std::uint32_t>(i);
     apply_morph_targets(primitive, use.weights);

@@ -69,6 +69,26 @@ class AttributeReader {
     return check_count(to.size(), where);
   }
 
+  /// Reads COLOR_0 of the vertices. "All components of each COLOR_0 accessor element MUST be
+  /// clamped to [0.0, 1.0] range" (glTF 2.0, 3.7.2.1).
+  Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes) {
+    constexpr float kRounding = 0.5F / 65535;  // half a step of the finest normalised integers
+    if (auto status = read_color(to, attributes, 1, "/attributes"); !status) {
+      return status;
+    }
+    std::size_t others = 0;
+    for (Vec4& c : to) {
+      for (float* const v : {&c.x, &c.y, &c.z, &c.w}) {
+        others += *v < -kRounding || *v > 1 + kRounding ? 1 : 0;
+        *v = std::clamp(*v, 0.0F, 1.0F);
+      }
+    }
+    return others == 0 ? ok_status()
+                       : repairs_.mended("clamped", where_ + "/attributes/COLOR_0",
+                                         std::to_string(others) + " values are outside [0, 1]",
+                                         "the nearest number of the range counts");
+  }
+
   /// Reads COLOR_0; colours of three values get alpha `alpha`.
   Status read_color(std::vector<Vec4>& to, const std::map<std::string, int>& attributes,
                     float alpha, const std::string& place) {
@@ -249,6 +269,104 @@ Status read_joints(const tinygltf::Primitive& primitive, AttributeReader& reader
   }
 }
 
+template <typename T>
+void repeat(std::vector<T>& values, const Indices& vertices) {
+  if (values.empty()) {
+    return;
+  }
+  values.reserve(values.size() + vertices.size());
+  for (const std::uint32_t v : vertices) {
+    values.push_back(values[v]);
+  }
+}
+
+/// Adds copies of vertices after the others.
+void repeat_vertices(GltfPrimitive& primitive, const Indices& vertices) {
+  PrimitiveDescription& p = primitive.base;
+  repeat(p.positions, vertices);
+  repeat(p.normals, vertices);
+  repeat(p.tangents, vertices);
+  repeat(p.colors, vertices);
+  for (std::size_t k = 0; k < p.uv.size(); ++k) {
+    repeat(p.uv[k], vertices);
+  }
+  for (MorphTarget& target : primitive.targets) {
+    repeat(target.positions, vertices);
+    repeat(target.normals, vertices);
+    repeat(target.tangents, vertices);
+    repeat(target.colors, vertices);
+    for (std::size_t k = 0; k < target.uv.size(); ++k) {
+      repeat(target.uv[k], vertices);
+    }
+  }
+  for (JointSet& set : primitive.joint_sets) {
+    repeat(set.joints, vertices);
+    repeat(set.weights, vertices);
+  }
+}
+
+/// Turns the normals of triangles of which all three point to the back, as in mirrored exports. A
+/// vertex shared with other triangles is split. Bitangents, cross(n, t) * w, stay. Done before the
+/// vertices move, so that they are the same at all times.
+void turn_normals(GltfPrimitive& primitive) {
+  PrimitiveDescription& p = primitive.base;
+  if (p.normals.empty()) {
+    return;
+  }
+  const auto points_back = [&p](std::size_t i) {
+    const Vec3 a = p.positions[p.indices[i]];
+    const Vec3 front = cross(p.positions[p.indices[i + 1]] - a, p.positions[p.indices[i + 2]] - a);
+    return std::all_of(&p.indices[i], &p.indices[i] + 3,
+                       [&](std::uint32_t v) { return dot(p.normals[v], front) < 0; });
+  };
+  std::vector<std::size_t> turned;  // the first indices of triangles
+  std::vector<bool> is_shared(p.positions.size(), false);
+  for (std::size_t i = 0; i + 2 < p.indices.size(); i += 3) {
+    if (points_back(i)) {
+      turned.push_back(i);
+      continue;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      is_shared[p.indices[i + k]] = true;
+    }
+  }
+  primitive.turned = turned.size();
+  std::vector<bool> is_turned(p.positions.size(), false);
+  std::map<std::uint32_t, std::uint32_t> copies;
+  Indices copied;
+  for (const std::size_t first : turned) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& v = p.indices[first + k];
+      if (is_shared[v]) {
+        const auto next = static_cast<std::uint32_t>(p.positions.size() + copied.size());
+        const auto [it, is_new] = copies.try_emplace(v, next);
+        if (is_new) {
+          copied.push_back(v);
+          is_turned.push_back(true);
+        }
+        v = it->second;
+      } else {
+        is_turned[v] = true;
+      }
+    }
+  }
+  repeat_vertices(primitive, copied);
+  for (std::size_t v = 0; v < is_turned.size(); ++v) {
+    if (!is_turned[v]) {
+      continue;
+    }
+    p.normals[v] = -p.normals[v];
+    if (!p.tangents.empty()) {
+      p.tangents[v].w = -p.tangents[v].w;
+    }
+    for (MorphTarget& target : primitive.targets) {
+      if (!target.normals.empty()) {
+        target.normals[v] = -target.normals[v];
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
@@ -279,7 +397,7 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
     status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes")
                     : status;
   }
-  status = status ? reader.read_color(out.base.colors, attributes, 1, "/attributes") : status;
+  status = status ? reader.read_color(out.base.colors, attributes) : status;
   status = status ? read_targets(primitive, reader, uv_sets, out) : status;
   status = status ? read_joints(primitive, reader, out, where) : status;
   if (!status) {
@@ -304,6 +422,7 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
     repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
     return nothing;
   }
+  turn_normals(out);
   return std::optional<GltfPrimitive>(std::move(out));
 }
 

@@ -34,6 +34,7 @@ struct GltfPrimitive {
   PrimitiveDescription base;  ///< material stays -1
   std::vector<MorphTarget> targets;
   std::vector<JointSet> joint_sets;
+  std::size_t turned = 0;  ///< triangles whose normals all pointed to the back, and were turned
 };
 
 /// uv_sets: the TEXCOORD_n that become uv 0 and 1. Returns empty for points and lines, and for

@@ -270,7 +270,7 @@ constexpr std::array kSpecular = {factor("specularFactor"), texture("specularTex
                                   texture("specularColorTexture")};
 constexpr std::array kTransmission = {factor("transmissionFactor"), texture("transmissionTexture")};
 constexpr std::array kVolume = {number("thicknessFactor", 0, kBig), texture("thicknessTexture"),
-                                number("attenuationDistance", 0, kBig),
+                                number("attenuationDistance", -kBig, kBig),
                                 numbers("attenuationColor", 3, 0, 1)};
 constexpr std::array kClearcoat = {
     factor("clearcoatFactor"), texture("clearcoatTexture"), factor("clearcoatRoughnessFactor"),

@@ -26,6 +26,19 @@ TEST(GltfBadInput, InputThatIsNeitherGlbNorJsonIsReportedWithoutItsBytes) {
   EXPECT_EQ(said("{\"a\": 1e999}"), "the glTF JSON cannot be read: a number is out of range");
 }
 
+TEST(GltfBadInput, NamesOtherEncodings) {
+  using std::string_view_literals::operator""sv;
+  const auto said = [](std::string_view file) {
+    return load_json(std::string(file)).error().message;
+  };
+  for (const std::string_view file : {"\xFF\xFE{\0"sv, "\xFE\xFF\0{"sv, "{\0\"\0"sv, "\0{\0\""sv}) {
+    EXPECT_EQ(said(file), "the glTF JSON is encoded in UTF-16; it must be UTF-8");
+  }
+  for (const std::string_view file : {"\xFF\xFE\0\0{\0\0\0"sv, "\0\0\0{\0\0\0\""sv}) {
+    EXPECT_EQ(said(file), "the glTF JSON is encoded in UTF-32; it must be UTF-8");
+  }
+}
+
 TEST(GltfBadInput, SkipsAByteOrderMark) { EXPECT_TRUE(load_json("\xEF\xBB\xBF{" + kAsset + "}")); }
 
 TEST(GltfBadInput, UnknownUsedExtensionIsAWarning) {

@@ -164,6 +164,100 @@ TEST(GltfGeometry, ColorsOfBytesAreNormalised) {
   EXPECT_FLOAT_EQ(p.colors[0].w, 0.4F);
 }
 
+constexpr Vec3 kUp = {0, 0, 1};
+constexpr Vec3 kDown = {0, 0, -1};
+
+/// A square in the plane z = 0 of two triangles that share an edge; they face up if their letter is
+/// 'u', else down. A morph target adds +x to the normals.
+core::Result<core::SceneDescription> square(const char* faces, const std::vector<Vec3>& normals,
+                                            const core::GltfOptions& options = {}, int weight = 0) {
+  core::GlbWriter writer;
+  const int positions =
+      accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, kF32, "VEC3", 3);
+  std::vector<std::uint16_t> indices = {0, 1, 2, 0, 2, 3};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (faces[i] == 'd') {
+      std::swap(indices[3 * i + 1], indices[3 * i + 2]);
+    }
+  }
+  const int normal = writer.add_accessor(bytes(normals), kF32, "VEC3", 4);
+  const int tangent = accessor(writer,
+                               std::vector<float>{1, 0, 0, 1, 1, 0, 0, 1,  //
+                                                  1, 0, 0, 1, 1, 0, 0, 1},
+                               kF32, "VEC4", 4);
+  const int index = accessor(writer, indices, kU16, "SCALAR", 1);
+  const int morph = writer.add_accessor(
+      bytes(std::vector<Vec3>{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}), kF32, "VEC3", 4);
+  writer.add("meshes", R"({"name":"tile","primitives":[{)" +
+                           attributes(positions, "\"NORMAL\":" + number(normal) +
+                                                     ",\"TANGENT\":" + number(tangent)) +
+                           ",\"indices\":" + number(index) + ",\"targets\":[{\"NORMAL\":" +
+                           number(morph) + "}]}],\"weights\":[" + number(weight) + "]}");
+  writer.add("nodes", R"({"mesh":0})");
+  return load(writer, options);
+}
+
+/// Corners whose normal is not that of their triangle's letter, or whose bitangent is not +y.
+int wrong_corners(const core::PrimitiveDescription& p, const char* normals) {
+  int wrong = 0;
+  for (std::size_t i = 0; i < p.indices.size(); ++i) {
+    const std::uint32_t v = p.indices[i];
+    const Vec3 n = p.normals.at(v);
+    const core::Vec4 t = p.tangents.at(v);
+    const Vec3 bitangent = cross(n, {t.x, t.y, t.z}) * t.w;
+    const Vec3 expected = normals[i / 3] == 'u' ? kUp : kDown;
+    wrong += n == expected && bitangent == Vec3{0, 1, 0} ? 0 : 1;
+  }
+  return wrong;
+}
+
+TEST(GltfGeometry, NormalsThatPointToTheBackAreTurned) {
+  const std::vector<Vec3> up = {kUp, kUp, kUp, kUp};
+  const auto all = square("dd", up);
+  EXPECT_EQ(wrong_corners(only_primitive(all), "dd"), 0);
+  EXPECT_EQ(only_primitive(all).positions.size(), 4U);
+  ASSERT_EQ(all->warnings.size(), 1U);
+  EXPECT_EQ(all->warnings[0].code, "turned");
+  EXPECT_EQ(
+      all->warnings[0].text(),
+      "/meshes/0/primitives/0: the normals of 2 of the 2 triangles of mesh 'tile' point to the "
+      "back of their triangle; they are turned");
+  EXPECT_TRUE(square("dd", up, strictly()));
+
+  // The shared vertices are split.
+  const auto one = square("ud", up);
+  EXPECT_EQ(wrong_corners(only_primitive(one), "ud"), 0);
+  EXPECT_EQ(only_primitive(one).positions.size(), 6U);
+  EXPECT_EQ(one->warnings.size(), 1U);
+
+  const auto none = square("uu", up);
+  EXPECT_EQ(wrong_corners(only_primitive(none), "uu"), 0);
+  EXPECT_TRUE(none->warnings.empty());
+}
+
+TEST(GltfGeometry, MorphedNormalsAreTurnedAsAWhole) {
+  const auto p = only_primitive(square("ud", {kUp, kUp, kUp, kUp}, {}, 1));
+  ASSERT_EQ(p.indices.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const float along = (i < 3 ? 1.0F : -1.0F) * std::sqrt(0.5F);
+    EXPECT_NEAR(p.normals.at(p.indices[i]).x, along, 1e-6F) << i;
+    EXPECT_NEAR(p.normals.at(p.indices[i]).z, along, 1e-6F) << i;
+  }
+}
+
+TEST(GltfGeometry, NormalsThatDisagreeAreNotTurned) {
+  const auto scene = square("uu", {kDown, kUp, kDown, kDown});
+  const core::PrimitiveDescription p = only_primitive(scene);
+  EXPECT_EQ(p.positions.size(), 6U);  // the second triangle is turned
+  EXPECT_EQ(p.normals.at(p.indices[0]), kDown);
+  EXPECT_EQ(p.normals.at(p.indices[1]), kUp);
+  EXPECT_EQ(p.normals.at(p.indices[2]), kDown);
+  EXPECT_EQ(p.normals.at(p.indices[5]), kUp);
+  EXPECT_TRUE(square("uu", {kUp, kDown, kUp, kDown})->warnings.empty());
+  const Vec3 level = {1, 0, 0};
+  EXPECT_TRUE(square("uu", {level, level, level, level})->warnings.empty());
+}
+
 TEST(GltfGeometry, NodesWithOneMeshShareIt) {
   core::GlbWriter writer;
   add_triangle(writer);

@@ -114,8 +114,7 @@ float least_drawn_alpha(const MaterialDescription& material, float most) noexcep
   if (material.alpha_mode == AlphaMode::kOpaque || material.alpha_cutoff <= 0) {
     return 0;
   }
-  constexpr float kRounding = 1 - 0x1p-20F;  // of products of alpha and factors
-  return most > 0 ? material.alpha_cutoff * kRounding / most : kNone;
+  return most > 0 ? material.alpha_cutoff * kAlphaRounding / most : kNone;
 }
 
 bool is_drawn(const MaterialDescription& material) noexcept {

@@ -11,6 +11,10 @@
 
 namespace core {
 
+/// Alpha that is equal to the cutoff may be less by this factor after the roundings of its sum over
+/// the corners of a triangle and of texels, and of its products: at most 16, each of 2^-24.
+inline constexpr float kAlphaRounding = 1 - 0x1p-20F;
+
 /// Returns the least alpha of the base colour texture, in [0, 1], with which a point of the
 /// material is not a hole; more than 1 if every point is one. most: the largest product of the
 /// other factors, those of the material and the vertices. Source: glTF 2.0, 3.9.4.

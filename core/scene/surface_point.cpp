@@ -3,6 +3,7 @@
 
 #include "core/geometry/triangle_math.h"
 #include "core/math/numbers.h"
+#include "core/scene/drawn.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -185,7 +186,7 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
                  .w;
   }
   if (material.factors.alpha_mode == AlphaMode::kMask) {
-    return alpha >= material.factors.alpha_cutoff ? 1.0F : 0.0F;
+    return alpha >= material.factors.alpha_cutoff * kAlphaRounding ? 1.0F : 0.0F;
   }
   return clamp01(alpha);
 }

@@ -20,6 +20,7 @@ set(CORE_TEST_SOURCES
   tile_planes_test.cpp
   flip_test.cpp
   half_picture_test.cpp
+  holes_test.cpp
   integrators_test.cpp
   first_surfaces_test.cpp
   labels_test.cpp

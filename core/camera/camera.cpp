@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "core/camera/camera_choice.h"
 #include "core/camera/orbit.h"
@@ -58,6 +59,12 @@ Result<Camera> Camera::create(const CameraSettings& settings,
     camera.eye_ = file->to_world.t;
     camera.forward_ = -file->to_world.z;
     up_hint = settings.up.value_or(file->to_world.y);
+    if (!(length_squared(camera.forward_) > 0 && length_squared(up_hint) > 0)) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "the scene's camera '" + file->name +
+                       "' has no direction, because its node is scaled to 0",
+                   "/camera"};
+    }
   } else {
     const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
     const float radius = bounds.radius_or(1);
@@ -77,6 +84,9 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   }
   camera.right_ = normalize(right);
   camera.up_ = cross(camera.right_, camera.forward_);
+  if (!posed && file != nullptr && file->to_world.determinant() < 0) {
+    camera.right_ = -camera.right_;  // glTF 2.0, 3.10: "local +X axis is to the right"
+  }
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   const float distance_m =
       settings.position ? length((*settings.target - *settings.position).rounded())

@@ -253,6 +253,46 @@ TEST(Camera, FileCameraLooksAlongMinusZ) {
   expect_direction(camera.ray({50, 50}, {}).ray.direction, {0, 0, -1});
 }
 
+// glTF 2.0, 3.10: "the local +X axis is to the right, the "lens" looks towards the local -Z axis,
+// and the top of the camera is aligned with the local +Y axis".
+TEST(Camera, FileCamerasKeepTheirAxesIfTheirNodeMirrors) {
+  const core::Transform turned = {{0.6F, 0.8F, 0}, {-0.8F, 0.6F, 0}, {0, 0, 1}, {1, 2, 3}};
+  for (const Vec3 scale : {Vec3{-1, 1, 1}, Vec3{1, -1, 1}, Vec3{1, 1, -1}, Vec3{-2, -2, -2}}) {
+    for (const bool flat : {false, true}) {
+      CameraDescription file;
+      file.orthographic = flat;
+      file.vertical_fov_rad = 1.5707964F;
+      file.to_world = turned * core::scaling(scale);
+      const Camera camera = make({}, {file}, 100, 100);
+      const Vec3 x = normalize(file.to_world.x);
+      const Vec3 y = normalize(file.to_world.y);
+      const Vec3 z = normalize(file.to_world.z);
+      const core::Ray ray = camera.ray({75, 40}, {}).ray;  // half to the right, a fifth up
+      const Vec3 aside = x * 0.5F + y * 0.2F;
+      expect_direction(ray.direction, flat ? -z : normalize(aside - z));
+      expect_direction(ray.origin, file.to_world.t + (flat ? aside : Vec3{}));
+      const auto seen = camera.project(ray.origin + ray.direction * 7, {});
+      ASSERT_TRUE(seen);
+      EXPECT_NEAR(seen->x, 75, 1e-3);
+      EXPECT_NEAR(seen->y, 40, 1e-3);
+      const Vec2 found = camera.importance(ray.origin, ray.direction).film_px;
+      EXPECT_NEAR(found.x, 75, 1e-3);
+      EXPECT_NEAR(found.y, 40, 1e-3);
+    }
+  }
+}
+
+TEST(Camera, FileCamerasWithoutADirectionAreRefusedByName) {
+  CameraDescription file;
+  file.name = "flat";
+  file.to_world = core::scaling({0, 0, 0});
+  const auto camera = Camera::create({}, {file}, unit_box(), 100, 100);
+  ASSERT_FALSE(camera);
+  EXPECT_EQ(camera.error().where, "/camera");
+  EXPECT_EQ(camera.error().message,
+            "the scene's camera 'flat' has no direction, because its node is scaled to 0");
+}
+
 TEST(Camera, OrthographicRaysAreParallelAndOneMagnificationApart) {
   CameraDescription file;
   file.orthographic = true;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "api/json/limits.h"
@@ -161,11 +162,26 @@ void add_member_flags(CLI::App& app, std::span<const MemberFlag> flags, MemberVa
   }
 }
 
+/// Returns where a value that begins as a JSON object or array is no JSON; empty: nowhere.
+std::string fault_of_json(const std::string& value) {
+  if (!value.starts_with('{') && !value.starts_with('[')) {
+    return "";
+  }
+  try {
+    std::ignore = Json::parse(value);
+  } catch (const Json::parse_error& error) {
+    const std::size_t at = std::min(error.byte > 0 ? error.byte - 1 : 0, value.size());
+    return '"' + value + "\" is not JSON at byte " + std::to_string(error.byte) +
+           (at < value.size() ? ": \"" + value.substr(at) + '"' : ", where it ends");
+  }
+  return "";
+}
+
 void add_set_option(CLI::App& app, MemberValues& values) {
   const auto fault = [](const std::string& text) {
     const std::size_t sign = text.find('=');
     return sign != std::string::npos && sign > 0
-               ? ""
+               ? fault_of_json(text.substr(sign + 1))
                : '"' + text + "\" is not MEMBER=VALUE, such as integrator.max_depth=4";
   };
   const auto take = [&values](const std::vector<std::string>& all) {

@@ -143,11 +143,23 @@ TEST(ParseAndRun, WrongUsageExitsWithTwoAndHelpWithZero) {
                             "--focus=0",
                             "--rotation=east",
                             "--set=seed",
+                            "--set=environment={\"color\":[.2,.3]}",
                             "--nonsense"}) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(cli::parse_and_run(app, {wrong}, body), cli::kWrongUsage) << wrong;
     EXPECT_FALSE(testing::internal::GetCapturedStderr().empty());
   }
+}
+
+TEST(JobFlags, NamesWhereAValueIsNotJson) {
+  CLI::App app;
+  cli::JobFlags flags;
+  cli::add_job_flags(app, flags, "scene");
+  testing::internal::CaptureStderr();
+  cli::parse_and_run(app, {R"(--set=environment={"color":[.2]})"}, [] { return 0; });
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find(R"({"color":[.2]}" is not JSON at byte 11: ".2]}")"), std::string::npos)
+      << said;
 }
 
 TEST(JobFlags, AcceptsTheEndsOfRanges) {

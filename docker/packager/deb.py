@@ -9,7 +9,7 @@ from . import elf, tree
 
 # From the distribution, which replaces them when a fault is found: what reads files and connections
 # of others. Their names are the same in Debian 12 and 13. The package includes the other libraries
-# (Embree, OpenImageIO, OpenEXR, ...), whose names differ, so that one package suits both.
+# (Embree, OpenImageIO, Assimp, ...), whose names differ, so that one package suits both.
 PROVIDED = re.compile(
     r"lib(crypto|curl|jpeg|png16|sqlite3|ssl|tiff|webp|webpdemux|z|zstd)\.so\.\d+"
 )

@@ -1,7 +1,8 @@
 """The tree of files that every package has: programs, libraries, licences, manual, completions.
 
     bin/tessera, bin/tessera-server
-    lib/tessera/            their libraries; the programs look there first, relative to themselves
+    lib/tessera/            tessera-convert and libraries; programs look there first, relative to
+                            themselves
     share/doc/tessera/      licences and versions of what is included
     share/man, share/bash-completion, share/zsh, share/fish
 """
@@ -20,6 +21,7 @@ from .machine import ROOT
 LIBRARIES = "lib/tessera"
 PROGRAMS = ("bin/tessera", "bin/tessera-server")
 MODULE = LIBRARIES + "/libtessera-images.so"
+CONVERTER = LIBRARIES + "/tessera-convert"  # of STL, OBJ, PLY and 3MF
 COMPLETIONS = {
     "bash": "share/bash-completion/completions/tessera",
     "zsh": "share/zsh/site-functions/_tessera",
@@ -39,6 +41,11 @@ def formats():
     return re.findall(r'ImageFormat\{"(\w+)"', text)
 
 
+def _parts(machine):
+    """What the programs load and start. Cross builds have no converter: its tests cannot run."""
+    return (MODULE,) if machine.root else (MODULE, CONVERTER)
+
+
 def make(build, tree, machine, provided=None):
     """Fills the folder `tree` from a build.
 
@@ -49,7 +56,8 @@ def make(build, tree, machine, provided=None):
     def left_out(name):
         return elf.SYSTEM.fullmatch(name) or (provided and provided.fullmatch(name))
 
-    for name in (*PROGRAMS, MODULE):
+    parts = _parts(machine)
+    for name in (*PROGRAMS, *parts):
         source = build / name.rpartition("/")[2]
         if not source.is_file():
             raise SystemExit(f"package: there is no {source}; build it, or name a build by --build")
@@ -60,12 +68,12 @@ def make(build, tree, machine, provided=None):
         subprocess.run([machine.tool("strip"), "--strip-all", str(place)], check=True)
     # DT_RPATH, not DT_RUNPATH: it also applies to what the libraries need, which so stay as
     # Debian built them.
-    for name in (*PROGRAMS, MODULE):
-        where = "$ORIGIN" if name == MODULE else "$ORIGIN/../lib/tessera"
+    for name in (*PROGRAMS, *parts):
+        where = "$ORIGIN" if name in parts else "$ORIGIN/../lib/tessera"
         subprocess.run(
             ["patchelf", "--force-rpath", "--set-rpath", where, tree / name], check=True
         )
-    programs = [build / name.rpartition("/")[2] for name in (*PROGRAMS, MODULE)]
+    programs = [build / name.rpartition("/")[2] for name in (*PROGRAMS, *parts)]
     places = {}
     for file in programs:
         places |= elf.resolved(file, machine)

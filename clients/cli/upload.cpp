@@ -10,7 +10,9 @@
 
 #include "clients/cli/files.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/model_files.h"
 #include "clients/cli/shown.h"
+#include "core/base/zip_writer.h"
 
 namespace cli {
 namespace {
@@ -96,6 +98,15 @@ core::Result<std::string> upload_with_files(ApiClient& client, const std::string
   }
 }
 
+std::string zip_of(const std::vector<NamedFile>& files) {
+  core::ZipWriter zip;
+  std::string archive;
+  for (const NamedFile& file : files) {
+    archive.append(zip.begin_entry(file.name, file.content)).append(file.content);
+  }
+  return archive + zip.end();
+}
+
 std::optional<std::string_view> media_of(std::string_view extension) {
   const auto* const media = std::find_if(kMedia.begin(), kMedia.end(),
                                          [&](const auto& row) { return row.first == extension; });
@@ -128,18 +139,19 @@ core::Result<std::string> upload_asset(ApiClient& client, const std::string& pat
 }
 
 core::Result<std::string> upload_scene(ApiClient& client, const std::string& path, bool is_strict) {
-  const auto bytes = read_file(path);
-  if (!bytes) {
-    return bytes.error();
+  auto files = read_model_files(path);
+  if (!files) {
+    return files.error();
   }
-  const std::string extension = extension_of(path);
+  const std::string extension = files->size() > 1 ? "zip" : extension_of(path);
+  const std::string body = files->size() > 1 ? zip_of(*files) : std::move(files->front().content);
   // The server may have a program for any other format.
   const std::string_view media = media_of(extension).value_or("application/octet-stream");
-  const auto reply = client.post(scenes_path(path, is_strict), *bytes, std::string(media));
+  const auto reply = client.post(scenes_path(path, is_strict), body, std::string(media));
   const std::vector<std::string> missing = client.last().missing;
   return missing.empty() || extension == "zip"
              ? scene_id_of(reply)
-             : upload_with_files(client, path, *bytes, missing, is_strict);
+             : upload_with_files(client, path, body, missing, is_strict);
 }
 
 }  // namespace cli

@@ -8,8 +8,8 @@
 
 #include <dlfcn.h>
 #include <link.h>
-#include <unistd.h>
 
+#include "core/base/descriptor.h"
 #include "core/base/sha256.h"
 #include "core/color/rgb.h"
 #include "core/denoise/oidn_protocol.h"
@@ -81,32 +81,6 @@ std::string load(const std::string& folder, Library& l) {
                        find(handle, "oidnExecuteFilter", l.execute) &&
                        find(handle, "oidnReleaseFilter", l.release_filter);
   return has_all ? "" : path + " is not Open Image Denoise 2";
-}
-
-bool read_all(int socket, void* to, std::size_t bytes) {
-  auto* at = static_cast<std::byte*>(to);
-  while (bytes > 0) {
-    const ssize_t got = ::read(socket, at, bytes);
-    if (got <= 0) {
-      return false;
-    }
-    at += got;
-    bytes -= static_cast<std::size_t>(got);
-  }
-  return true;
-}
-
-bool write_all(int socket, const void* from, std::size_t bytes) {
-  const auto* at = static_cast<const std::byte*>(from);
-  while (bytes > 0) {
-    const ssize_t sent = ::write(socket, at, bytes);
-    if (sent <= 0) {
-      return false;
-    }
-    at += sent;
-    bytes -= static_cast<std::size_t>(sent);
-  }
-  return true;
 }
 
 using Picture = std::vector<float>;

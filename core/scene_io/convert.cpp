@@ -24,6 +24,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "core/base/descriptor.h"
 #include "core/scene_io/convert_protocol.h"
 #include "core/scene_io/system_calls.h"
 
@@ -48,38 +49,6 @@ constexpr std::array<sock_filter, 9> kNoNetwork = {{
     BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EACCES),
     BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
 }};
-
-/// A file descriptor, closed by the destructor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() { close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  void close() {
-    if (number_ >= 0) {
-      ::close(number_);
-    }
-    number_ = -1;
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-bool write_all(int to, const void* from, std::size_t bytes) {
-  const auto* at = static_cast<const std::byte*>(from);
-  while (bytes > 0) {
-    const ssize_t sent = ::write(to, at, bytes);
-    if (sent <= 0) {
-      return false;
-    }
-    at += sent;
-    bytes -= static_cast<std::size_t>(sent);
-  }
-  return true;
-}
 
 Error failed(std::string why) { return {ErrorCode::kInternal, "the converter: " + why, ""}; }
 
@@ -120,8 +89,8 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   if (::pipe2(ends, O_CLOEXEC) != 0) {
     return failed(std::strerror(errno));
   }
-  Descriptor read_end(ends[0]);
-  Descriptor write_end(ends[1]);
+  UniqueFd read_end(ends[0]);
+  UniqueFd write_end(ends[1]);
   std::vector<char*> words;
   for (std::string& word : arguments) {
     words.push_back(word.data());
@@ -129,12 +98,12 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   words.push_back(nullptr);
   const pid_t child = ::fork();
   if (child == 0) {
-    become(words.data(), in, out, write_end.number(), limits);
+    become(words.data(), in, out, write_end.get(), limits);
   }
   if (child < 0) {
     return failed(std::strerror(errno));
   }
-  write_end.close();
+  write_end = UniqueFd();
   Ended ended;
   const auto until = Clock::now() + limits.time;
   // The pipe ends with the process and those that it started.
@@ -143,13 +112,13 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
       ended.is_late = true;
       break;
     }
-    pollfd wait = {.fd = read_end.number(), .events = POLLIN, .revents = 0};
+    pollfd wait = {.fd = read_end.get(), .events = POLLIN, .revents = 0};
     constexpr int kGlanceMs = 100;  // between looks at the stop
     if (::poll(&wait, 1, kGlanceMs) <= 0) {
       continue;
     }
     std::array<char, 4096> text{};
-    const ssize_t got = ::read(read_end.number(), text.data(), text.size());
+    const ssize_t got = ::read(read_end.get(), text.data(), text.size());
     is_open = got > 0;
     if (is_open && ended.said.size() < kTextMost) {
       ended.said.append(text.data(), static_cast<std::size_t>(got));
@@ -210,19 +179,19 @@ std::optional<Error> fault_of(const Ended& ended, const std::string& extension,
 Result<Converted> by_helper(std::span<const FileToConvert> files, const std::string& extension,
                             const std::string& helper, const ConvertLimits& limits,
                             const std::stop_token& stop) {
-  const Descriptor in(::memfd_create("tessera-in", MFD_CLOEXEC));
-  const Descriptor out(::memfd_create("tessera-out", MFD_CLOEXEC));
-  bool is_sent = in.number() >= 0 && out.number() >= 0;
+  const UniqueFd in(::memfd_create("tessera-in", MFD_CLOEXEC));
+  const UniqueFd out(::memfd_create("tessera-out", MFD_CLOEXEC));
+  bool is_sent = in.get() >= 0 && out.get() >= 0;
   for (const FileToConvert& file : files) {
     const ConvertedFile head = {.name_bytes = file.name.size(), .bytes = file.content.size()};
-    is_sent = is_sent && write_all(in.number(), &head, sizeof(head)) &&
-              write_all(in.number(), file.name.data(), file.name.size()) &&
-              write_all(in.number(), file.content.data(), file.content.size());
+    is_sent = is_sent && write_all(in.get(), &head, sizeof(head)) &&
+              write_all(in.get(), file.name.data(), file.name.size()) &&
+              write_all(in.get(), file.content.data(), file.content.size());
   }
-  if (!is_sent || ::lseek(in.number(), 0, SEEK_SET) != 0) {
+  if (!is_sent || ::lseek(in.get(), 0, SEEK_SET) != 0) {
     return failed(std::strerror(errno));
   }
-  const auto ended = run({helper, extension}, in.number(), out.number(), limits, stop);
+  const auto ended = run({helper, extension}, in.get(), out.get(), limits, stop);
   if (!ended) {
     return ended.error();
   }
@@ -230,11 +199,11 @@ Result<Converted> by_helper(std::span<const FileToConvert> files, const std::str
     return *std::move(fault);
   }
   Converted converted{.glb = {}, .notes = lines_of(ended->said, kNoteLine)};
-  converted.glb.resize(static_cast<std::size_t>(::lseek(out.number(), 0, SEEK_END)));
+  converted.glb.resize(static_cast<std::size_t>(::lseek(out.get(), 0, SEEK_END)));
   std::size_t done = 0;
   while (done < converted.glb.size()) {
-    const ssize_t got = ::pread(out.number(), converted.glb.data() + done,
-                                converted.glb.size() - done, static_cast<off_t>(done));
+    const ssize_t got = ::pread(out.get(), converted.glb.data() + done, converted.glb.size() - done,
+                                static_cast<off_t>(done));
     if (got <= 0) {
       return failed(std::strerror(errno));
     }
@@ -266,8 +235,8 @@ class TemporaryFolder {
 };
 
 bool write_file(const std::string& path, std::span<const std::byte> content) {
-  const Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  return file.number() >= 0 && write_all(file.number(), content.data(), content.size());
+  const UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+  return file.get() >= 0 && write_all(file.get(), content.data(), content.size());
 }
 
 Result<Converted> by_command(std::span<const FileToConvert> files, const std::string& extension,
@@ -286,20 +255,19 @@ Result<Converted> by_command(std::span<const FileToConvert> files, const std::st
       static_cast<void>(write_file(folder.path() + "/" + name, file.content));
     }
   }
-  const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
-  const auto ended =
-      run({command, input, output}, nothing.number(), nothing.number(), limits, stop);
+  const UniqueFd nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  const auto ended = run({command, input, output}, nothing.get(), nothing.get(), limits, stop);
   if (!ended) {
     return ended.error();
   }
   if (auto fault = fault_of(*ended, extension, limits)) {
     return *std::move(fault);
   }
-  const Descriptor file(::open(output.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  const UniqueFd file(::open(output.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   Converted converted{.glb = {}, .notes = lines_of(ended->said, kNoteLine)};
   std::array<std::byte, 65536> part{};
   for (ssize_t got = 1; got > 0;) {
-    got = ::read(file.number(), part.data(), part.size());
+    got = ::read(file.get(), part.data(), part.size());
     converted.glb.insert(converted.glb.end(), part.begin(),
                          part.begin() + std::max<ssize_t>(got, 0));
     if (converted.glb.size() > limits.memory_bytes) {
@@ -347,28 +315,6 @@ std::string extension_of_name(std::string_view name) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return out;
-}
-
-std::vector<std::string> obj_references(std::string_view text) {
-  std::vector<std::string> names;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string_view line = text.substr(at, end - at);
-    at = end + 1;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) {
-      line.remove_suffix(1);
-    }
-    const std::size_t first = std::min(line.find_first_not_of(" \t"), line.size());
-    line.remove_prefix(first);
-    if (line.starts_with("mtllib ")) {
-      names.emplace_back(line.substr(7));
-    } else if (line.starts_with("map_") || line.starts_with("norm ")) {
-      names.emplace_back(line.substr(line.find_last_of(" \t") + 1));  // after options
-    }
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
 }
 
 Result<Converted> convert_to_glb(std::span<const FileToConvert> files, const Converters& converters,

@@ -61,7 +61,4 @@ Result<Converted> convert_to_glb(std::span<const FileToConvert> files, const Con
 /// Returns the extension in lower case, without the dot.
 std::string extension_of_name(std::string_view name);
 
-/// Returns the names of files to which a text of OBJ (mtllib) or MTL (map_...) refers.
-std::vector<std::string> obj_references(std::string_view text);
-
 }  // namespace core

@@ -8,8 +8,8 @@
 #include <netdb.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <unistd.h>
 
+#include "core/base/descriptor.h"
 #include "server/queue/nats_link.h"
 
 namespace queue {
@@ -45,22 +45,6 @@ std::optional<Endpoint> endpoint_of(std::string_view url) {
       !endpoint.port.empty() && endpoint.port.find_first_not_of("0123456789") == std::string::npos;
   return endpoint.host.empty() || !is_number ? std::nullopt : std::optional(endpoint);
 }
-
-class Socket {
- public:
-  explicit Socket(int fd) : fd_(fd) {}
-  ~Socket() {
-    if (fd_ >= 0) {
-      ::close(fd_);
-    }
-  }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 }  // namespace
 
@@ -104,12 +88,12 @@ core::Result<std::string> server_version(const std::string& url) {
   }
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, &::freeaddrinfo);
   for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
-    const Socket socket(::socket(each->ai_family, each->ai_socktype | SOCK_CLOEXEC, 0));
+    const core::UniqueFd socket(::socket(each->ai_family, each->ai_socktype | SOCK_CLOEXEC, 0));
     const timeval patience{.tv_sec = 2, .tv_usec = 0};
-    if (socket.fd() < 0 ||
-        ::setsockopt(socket.fd(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) != 0 ||
-        ::setsockopt(socket.fd(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) != 0 ||
-        ::connect(socket.fd(), each->ai_addr, each->ai_addrlen) != 0) {
+    if (socket.get() < 0 ||
+        ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) != 0 ||
+        ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) != 0 ||
+        ::connect(socket.get(), each->ai_addr, each->ai_addrlen) != 0) {
       continue;
     }
     // "INFO {...,"version":"2.9.10",...}\r\n", a few hundred bytes.
@@ -117,7 +101,7 @@ core::Result<std::string> server_version(const std::string& url) {
     constexpr std::size_t kLineMax = 65536;
     while (line.find('\n') == std::string::npos && line.size() < kLineMax) {
       std::array<char, 1024> piece{};
-      const auto got = ::recv(socket.fd(), piece.data(), piece.size(), 0);
+      const auto got = ::recv(socket.get(), piece.data(), piece.size(), 0);
       if (got <= 0) {
         break;
       }

@@ -8,8 +8,8 @@
 
 #include <fcntl.h>
 
+#include "core/base/zip_writer.h"
 #include "server/pictures/denoised_look.h"
-#include "server/scenes/zip_writer.h"
 #include "server/store/files.h"
 #include "server/store/uuid.h"
 
@@ -105,7 +105,7 @@ core::Status BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
                                           const EncodedPicture& first,
                                           const core::ImageFormat& format, const Sink& sink) const {
   const api::ImageQuery look = with_exposure_of_first(look_, first);
-  ZipWriter zip;
+  core::ZipWriter zip;
   std::set<std::string> names;
   for (const JobPointer& job : jobs) {
     const auto made =
@@ -115,7 +115,7 @@ core::Status BatchPictures::write_archive(const std::vector<JobPointer>& jobs,
                  {{"job", job->id()}, {"detail", made.error().message}});
       return made.error();
     }
-    const std::string name = file_name_of(job->record().view.spec.name);
+    const std::string name = core::file_name_of(job->record().view.spec.name);
     std::string unlike = name;
     for (int i = 2; !names.insert(unlike).second; ++i) {
       unlike = name + "-" + std::to_string(i);

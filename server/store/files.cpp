@@ -17,12 +17,6 @@ using core::Error;
 using core::ErrorCode;
 using core::Status;
 
-UniqueFd::~UniqueFd() {
-  if (fd_ >= 0) {
-    ::close(fd_);
-  }
-}
-
 Error file_error(std::string_view what, const std::string& path, int code) {
   const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
   return Error{full ? ErrorCode::kNoSpace : ErrorCode::kInternal,

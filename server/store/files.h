@@ -10,31 +10,13 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 
+#include "core/base/descriptor.h"
 #include "core/base/result.h"
 
 namespace server {
 
-class UniqueFd {
- public:
-  UniqueFd() = default;
-  explicit UniqueFd(int fd) : fd_(fd) {}
-  UniqueFd(UniqueFd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  UniqueFd& operator=(UniqueFd&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  UniqueFd(const UniqueFd&) = delete;
-  UniqueFd& operator=(const UniqueFd&) = delete;
-  ~UniqueFd();
-  int get() const { return fd_; }
-  int release() { return std::exchange(fd_, -1); }
-  explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
+using core::UniqueFd;
 
 /// Returns the error for errno `code` at `path`.
 core::Error file_error(std::string_view what, const std::string& path, int code);

@@ -145,6 +145,7 @@ class Convert(ApiTest):
 
     def setUp(self):
         self.folder = Path(tempfile.mkdtemp(prefix="tessera-convert-"))
+        self.address = f"http://127.0.0.1:{self.server.port}"
 
     def converted(self, name, content, **beside):
         for other, bytes_ in {name: content, **beside}.items():
@@ -268,9 +269,32 @@ class Convert(ApiTest):
         code, _, said = tessera("render", file, "-o", out, "--size", "16x16", "--spp", "1")
         self.assertEqual(code, 0, said)
         self.assertIn("millimetres", said)
-        code, _, said = tessera("upload", file, "--server", f"http://127.0.0.1:{self.server.port}")
+        code, _, said = tessera("upload", file, "--server", self.address)
         self.assertEqual(code, 0, said)
         self.assertIn("millimetres", said)
+
+    def test_the_command_line_sends_an_obj_with_the_files_beside_it(self):
+        file = self.folder / "box.obj"
+        file.write_bytes(obj("parts\\Box.mtl"))  # as Windows finds it
+        secret = self.folder.parent / f"{self.folder.name}.png"
+        self.addCleanup(secret.unlink)
+        secret.write_bytes(png_image(2, 2, (9, 9, 9)))
+        (self.folder / "parts").mkdir()
+        (self.folder / "parts/box.mtl").write_bytes(
+            MTL.replace(b"0.8", b"0.7") + f"newmtl outside\nmap_Kd ../{secret.name}\n".encode())
+        code, name, said = tessera("upload", file, "--server", self.address)
+        self.assertEqual(code, 0, said)
+        self.assertIn("wood.png is missing", said)
+        (self.folder / "wood.png").write_bytes(png_image(2, 2, (9, 9, 9)))
+        for verb in (("upload", file), ("submit", file, "--spp", "1", "--size", "16x16")):
+            code, name, said = tessera(*verb, "--server", self.address)
+            self.assertEqual((code, "wood.png" in said), (0, False), said)
+            place = "scenes" if verb[0] == "upload" else "jobs"
+            made = self.server.get(f"/v1/{place}/{name.split()[-1]}").json()
+            scene = made if place == "scenes" else self.server.get(
+                f"/v1/scenes/{made['spec']['scene']}").json()
+            self.assertEqual(sorted(scene["materials"]), ["picture", "red"])
+            self.assertEqual(scene["name"], "box.obj")
 
     def test_broken_files_are_refused_and_the_server_lives(self):
         """Cut and changed files, as a short fuzz: any answer but a failure of the server."""

@@ -5,16 +5,18 @@ import hashlib
 import io
 import json
 import tempfile
+import unittest
 import zipfile
 from pathlib import Path
 from unittest import mock
 
-from harness import TRIANGLE, glb, hdr_image, triangle_document, triangle_glb
+from harness import BINARY, TRIANGLE, glb, hdr_image, triangle_document, triangle_glb
 from support import ServerTest
 
 import tessera
-from tessera import AsyncClient
+from tessera import AsyncClient, _upload
 
+CONVERTER = Path(BINARY).resolve().parent / "tessera-convert"
 BUFFER = "the%20buffer.bin"  # as glTF writes "the buffer.bin"
 SMALL = {"size": (16, 16), "layers": [], "samples_per_pixel": 2}
 
@@ -94,6 +96,38 @@ class Uploads(ServerTest):
         with self.assertRaises(tessera.Problem):
             self.client.upload(empty.getvalue())
 
+    def test_obj_takes_along_the_materials_and_textures_beside_it(self):
+        folder = self.folder / "in"
+        folder.mkdir()
+        path = folder / "box.obj"
+        path.write_bytes(b"mtllib parts\\Two Words.mtl \r\nv 0 0 0\nmtllib ../box.mtl\n")
+        (self.folder / "box.mtl").write_bytes(b"newmtl outside\n")
+        (folder / "parts").mkdir()
+        (folder / "parts/two words.mtl").write_bytes(
+            b"newmtl a\nKd 1 1 1\n  map_Kd -bm 1 wood.png\nnorm bumps.png\nmap_Ks missing.png\n"
+        )
+        for name in ("wood.png", "bumps.png", "of another.png"):
+            (folder / name).write_bytes(name.encode())
+        call = _upload.single_file_call(path, ".obj")
+        self.assertEqual(
+            (call.headers["Content-Type"], call.params["name"]), ("application/zip", "box.obj")
+        )
+        with zipfile.ZipFile(io.BytesIO(call.content)) as packed:
+            self.assertEqual(
+                packed.namelist(), ["box.obj", "Two Words.mtl", "wood.png", "bumps.png"]
+            )
+            self.assertEqual(packed.read("wood.png"), b"wood.png")
+        path.write_bytes(b"v 0 0 0\n")
+        self.assertEqual(_upload.single_file_call(path, ".obj").content, path)
+
+    @unittest.skipUnless(CONVERTER.is_file(), "tessera-convert was not built")
+    def test_obj_is_converted_by_the_server(self):
+        path = self.folder / "box.obj"
+        path.write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")
+        (self.folder / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
+        scene = self.client.upload(path)
+        self.assertEqual((scene.name, scene.triangles, scene.materials), ("box.obj", 1, ["red"]))
+
     def test_reports_missing_files(self):
         path = self.model()
         (self.folder / "the buffer.bin").unlink()
@@ -102,7 +136,7 @@ class Uploads(ServerTest):
         self.sent.clear()
         with self.assertRaises(FileNotFoundError):
             self.client.submit("no/such/file.glb")
-        with self.assertRaisesRegex(tessera.TesseraError, "a scene is a .glb"):
+        with self.assertRaisesRegex(tessera.TesseraError, "a scene is a folder with one glTF"):
             self.client.upload(__file__)
         with self.assertRaises(tessera.TesseraError):
             self.client.upload(b"neither")

@@ -121,16 +121,6 @@ const once = (): Record<string, string> => ({
   'idempotency-key': globalThis.crypto?.randomUUID?.() ?? `${Date.now()}-${Math.random()}`,
 });
 
-/** The media type of a scene file, by its first bytes. */
-async function sceneType(file: Blob): Promise<string> {
-  const start = await file.slice(0, 4).text();
-  return start === 'glTF'
-    ? 'model/gltf-binary'
-    : start.startsWith('PK')
-      ? 'application/zip'
-      : 'model/gltf+json';
-}
-
 /** One server. Refused requests are thrown as RequestError, lost ones as OfflineError. */
 export class Client {
   private readonly root: string;
@@ -299,16 +289,15 @@ export class Client {
     return `${jobPath(id)}/image${format && `.${format}`}${queryOf(query)}`;
   }
 
-  /** Sends a .glb, .zip, or .gltf without side files. */
-  async uploadScene(
+  /** Sends a .glb, .zip, or .gltf without side files, or what the server converts, by its name. */
+  uploadScene(
     file: Bytes,
     { name, signal }: { name?: string; signal?: AbortSignal } = {},
   ): Promise<Scene> {
-    const blob = new Blob([file as BlobPart]);
     return this.json(`v1/scenes${queryOf({ name })}`, {
       method: 'POST',
-      body: blob,
-      headers: { 'content-type': await sceneType(blob) },
+      body: new Blob([file as BlobPart]),
+      headers: { 'content-type': 'application/octet-stream' },
       signal,
     });
   }

@@ -1,6 +1,5 @@
 // tessera-convert: files on stdin to a GLB on stdout (convert_protocol.h). Its only argument is the
 // extension of the first file.
-#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -10,34 +9,22 @@
 
 #include <unistd.h>
 
+#include "core/base/descriptor.h"
 #include "core/scene_io/assimp/confine.h"
 #include "core/scene_io/assimp/read_model.h"
 #include "core/scene_io/convert_protocol.h"
 
 namespace {
 
-bool read_all(void* to, std::size_t bytes) {
-  auto* at = static_cast<std::byte*>(to);
-  while (bytes > 0) {
-    const ssize_t got = ::read(STDIN_FILENO, at, bytes);
-    if (got <= 0) {
-      return false;
-    }
-    at += got;
-    bytes -= static_cast<std::size_t>(got);
-  }
-  return true;
-}
-
 std::vector<core::ModelFile> read_files() {
   std::vector<core::ModelFile> files;
   core::ConvertedFile head;
-  while (read_all(&head, sizeof(head))) {
+  while (core::read_all(STDIN_FILENO, &head, sizeof(head))) {
     core::ModelFile& file = files.emplace_back();
     file.name.resize(head.name_bytes);
     file.content.resize(head.bytes);
-    if (!read_all(file.name.data(), file.name.size()) ||
-        !read_all(file.content.data(), file.content.size())) {
+    if (!core::read_all(STDIN_FILENO, file.name.data(), file.name.size()) ||
+        !core::read_all(STDIN_FILENO, file.content.data(), file.content.size())) {
       files.pop_back();
       break;
     }

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hashlib
+import io
 import os
+import re
 import unicodedata
+import zipfile
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
@@ -18,6 +22,10 @@ _MEDIA = {
     ".glb": "model/gltf-binary",
     ".gltf": "model/gltf+json",
     ".zip": "application/zip",
+    ".stl": "model/stl",
+    ".obj": "model/obj",
+    ".ply": "model/ply",
+    ".3mf": "model/3mf",
 }
 
 
@@ -25,7 +33,7 @@ def looks_like_file(scene: str | os.PathLike[str]) -> bool:
     """Returns whether this is a path to upload, rather than the name or id of a scene."""
     return (
         not isinstance(scene, str)
-        or scene.lower().endswith((".glb", ".gltf", ".zip"))
+        or scene.lower().endswith(tuple(_MEDIA))
         or (os.sep in scene)
     )
 
@@ -42,7 +50,8 @@ def scene_file(path: str | os.PathLike[str]) -> Path:
     if not place.is_file():
         raise FileNotFoundError(f"there is no scene file {place}")
     if place.suffix.lower() not in _MEDIA:
-        raise TesseraError(f"{place}: a scene is a .glb, .gltf or .zip file, or a folder with one")
+        known = ", ".join(_MEDIA)
+        raise TesseraError(f"{place}: a scene is a folder with one glTF, or a file of {known}")
     return place
 
 
@@ -52,9 +61,12 @@ def _params(name: str | None, strict: bool) -> dict[str, str]:
 
 
 def single_file_call(content: Path | bytes, suffix: str, strict: bool = False) -> Call:
-    """POST /v1/scenes with a single file."""
+    """POST /v1/scenes with a single file; with an OBJ, also the files beside it that it names."""
+    name = content.name if isinstance(content, Path) else None
+    if isinstance(content, Path) and suffix == ".obj" and len(files := obj_files(content)) > 1:
+        content, suffix = _zip_of(files), ".zip"
     headers = {"Content-Type": _MEDIA[suffix]}
-    params = _params(content.name if isinstance(content, Path) else None, strict)
+    params = _params(name, strict)
     return Call(
         "POST", "/v1/scenes", params=params, content=content, headers=headers, timeout_s=_LOADING_S
     )
@@ -118,6 +130,38 @@ def side_file(document: Path, name: str) -> Path:
     if path is None:
         raise FileNotFoundError(f"{document} refers to {name}, which does not exist")
     return path.resolve()
+
+
+# `mtllib NAME` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials.
+_REFERENCE = re.compile(
+    rb"^[ \t]*(?:mtllib[ \t]+(.+?)|(?:map_\w+|norm)[ \t]+(?:.*[ \t])?(\S+))[ \t\r]*$", re.M
+)
+
+
+def obj_files(path: Path) -> dict[str, Path]:
+    """Returns an OBJ, and the materials and textures that lie beside it: last part of name, path.
+
+    The server names what is missing.
+    """
+    files = {path.name: path}
+    waiting = [path]
+    while waiting:
+        for match in _REFERENCE.finditer(waiting.pop().read_bytes()):
+            name = (match[1] or match[2]).decode(errors="surrogateescape")
+            last = re.split(r"[/\\]", name)[-1]
+            with contextlib.suppress(FileNotFoundError, TesseraError):
+                if last not in files:
+                    files[last] = side_file(path, name)
+                    waiting += [files[last]] if last.lower().endswith(".mtl") else []
+    return files
+
+
+def _zip_of(files: dict[str, Path]) -> bytes:
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as packed:
+        for name, path in files.items():
+            packed.writestr(zipfile.ZipInfo(name), path.read_bytes())  # without a date
+    return archive.getvalue()
 
 
 def pieces(path: Path) -> Iterator[bytes]:

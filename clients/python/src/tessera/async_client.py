@@ -116,8 +116,9 @@ class AsyncClient:
     async def upload(self, scene: Pathish | bytes, *, strict: bool = False) -> Scene:
         """Uploads a scene: .glb, .gltf, .zip, a folder with a glTF, or the bytes of a GLB or zip.
 
-        Does not send files that the server has already. strict: files with faults are refused
-        instead of mended with `warnings`.
+        Also .stl, .ply, .3mf and .obj with the materials and textures beside it, which the server
+        converts. Does not send files that the server has already. strict: files with faults are
+        refused instead of mended with `warnings`.
         """
         if isinstance(scene, bytes):
             suffix = _upload.bytes_suffix(scene)

@@ -57,7 +57,11 @@ GLANCE: JobOptions = {"size": (32, 32), "samples_per_pixel": 2, "layers": ["inst
 MOST_NAMES = 200
 
 Scene = Annotated[
-    str, Field(description="A path to a .glb, .gltf or .zip, a scene's id, or a built-in name.")
+    str,
+    Field(
+        description="A path to a .glb, .gltf, .zip, .stl, .obj, .ply or .3mf, a scene's id, or a "
+        "built-in name."
+    ),
 ]
 Job = Annotated[str, Field(description="The id of a render, as an earlier answer names it.")]
 Error = Annotated[

@@ -92,9 +92,9 @@ def render(
 ) -> Job:
     """Renders a scene and returns the finished job: job.save("a.png"), job.image(), job.error.
 
-    scene: a .glb, a .gltf with its files, a zip, a folder, or a built-in name. size: pixels; one
-    number is a square. options: see tessera.JobOptions. Without a stop rule it ends at a relative
-    error of 3%, or after 10 seconds. Raises JobFailed if the job fails.
+    scene: a .glb, a .gltf or .obj with its files, a zip, a folder, .stl, .ply, .3mf, or a built-in
+    name. size: pixels; one number is a square. options: see tessera.JobOptions. Without a stop rule
+    it ends at a relative error of 3%, or after 10 seconds. Raises JobFailed if the job fails.
     """
     if not _RULES & options.keys():
         options["relative_error"] = _RELATIVE_ERROR

@@ -1,10 +1,10 @@
-#include "server/scenes/zip_writer.h"
+#include "core/base/zip_writer.h"
 
 #include <limits>
 
 #include <zlib.h>
 
-namespace server {
+namespace core {
 
 namespace {
 
@@ -107,4 +107,4 @@ std::string file_name_of(std::string_view text) {
   return name.find_first_not_of('.') == std::string::npos ? "_" + name : name;
 }
 
-}  // namespace server
+}  // namespace core

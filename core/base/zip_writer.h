@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace server {
+namespace core {
 
 class ZipWriter {
  public:
@@ -36,4 +36,4 @@ class ZipWriter {
 /// empty or of dots alone.
 std::string file_name_of(std::string_view text);
 
-}  // namespace server
+}  // namespace core

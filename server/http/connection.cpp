@@ -267,7 +267,8 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
                                    Outcome& outcome) try {
   Router::Match match = context_.router.match(request.method, parsed.raw_path);
   if (match.route != nullptr) {
-    request.route = match.route->pattern;
+    const Route& route = *match.route;
+    request.route = route.alias_of.empty() ? route.pattern : route.alias_of;
     request.path_params = std::move(match.params);
   }
   if (service_ == Service::kProbesOnly && (match.route == nullptr || !match.route->is_probe)) {

@@ -47,6 +47,7 @@ using Handler = std::function<Response(Request&)>;
 struct Route {
   std::string method;  ///< "GET" answers HEAD too; the server handles OPTIONS.
   std::string pattern;
+  std::string alias_of = {};  ///< Pattern of the route whose rights it needs, if it is another.
   Handler handler;
   BodyPolicy body = {};
   std::string summary = {};  ///< One line, for the API page.

@@ -71,7 +71,7 @@ std::vector<Route> make_routes(const RouteContext& context) {
                       .is_probe = row.is_probe});
     if (context.config.drake && operation.id == "renderDrake") {
       routes.push_back(routes.back());
-      routes.back().pattern = "/render";
+      routes.back().alias_of = std::exchange(routes.back().pattern, "/render");
     }
     table.erase(found);
   }

@@ -193,6 +193,17 @@ class Drake(ApiTest):
                 found.add(label)
         self.assertEqual(found, {None, 7, 300})
 
+    def test_both_paths_need_a_key_where_there_is_one(self):
+        server = Server("--drake", "--key", "operators-own")
+        self.addCleanup(server.close)
+        server.start()
+        for key, status in (("operators-own", 200), ("wrong", 401), (None, 401)):
+            for path in ("/render", "/v1/drake/render"):
+                answer = server.post(path, form(self.scene.text(), "label"), headers={
+                    "Content-Type": "multipart/form-data; boundary=sep",
+                    **({"Authorization": f"Bearer {key}"} if key else {})})
+                self.assertEqual(answer.status, status, (key, path, answer))
+
     def test_a_colour_image_leaves_nothing_behind(self):
         before = self.server.get("/v1/scenes").json(), self.server.get("/v1/jobs").json()
         answer = self.ask("color", "/render?samples=8&seconds=5")

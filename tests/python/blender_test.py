@@ -356,6 +356,14 @@ class Losses(unittest.TestCase):
         self.assertIn("Motion blur", found)
 
 
+class Spots(unittest.TestCase):
+    def test_the_mean_of_the_cosine_over_a_cone(self):
+        cosines = np.random.default_rng(1).uniform(math.cos(0.6), 1, 10_000)  # even over its sphere
+        spot = Having(type="SPOT", spot_size=1.2)
+        self.assertAlmostEqual(lights.mean_of_cone(spot), cosines.mean(), delta=0.003)
+        self.assertEqual(lights.mean_of_cone(Having(type="POINT")), 1)
+
+
 class Passes(unittest.TestCase):
     def test_depth_of_a_wall_is_even(self):
         # A wall 3 m in front: rays to its edges are longer.

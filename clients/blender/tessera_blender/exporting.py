@@ -51,6 +51,8 @@ def _punctual_lights(document: dict[str, Any]) -> None:
     for light in listed:
         source = bpy.data.lights[light["name"]]
         light["intensity"] = lights.intensity(source, light["intensity"])
+        if bpy.app.version < (3, 6):
+            light["intensity"] *= lights.mean_of_cone(source)
         light["color"] = lights.color(source)
 
 
@@ -98,6 +100,14 @@ def _add_panel(document: dict[str, Any], name: str, corners: Any, radiance: list
     document["scenes"][document.get("scene", 0)].setdefault("nodes", []).append(node)
 
 
+def _dull_materials(document: dict[str, Any]) -> None:
+    """Before Blender 4, Specular 0 becomes black, which in glTF reflects at grazing angles."""
+    for material in document.get("materials", []) if bpy.app.version < (4,) else ():
+        specular = material.get("extensions", {}).get("KHR_materials_specular", {})
+        if not any(specular.get("specularColorFactor", [1])):
+            specular["specularFactor"] = 0
+
+
 def _area_lights(document: dict[str, Any], depsgraph: Any) -> None:
     factor = math.pi if bpy.app.version >= (4,) else 4.0
     for instance in depsgraph.object_instances:
@@ -126,6 +136,7 @@ def export(depsgraph: Any, folder: Path) -> Path:
             light.use_temperature = True
     document = json.loads(path.read_text(encoding="utf-8"))
     _punctual_lights(document)
+    _dull_materials(document)
     _area_lights(document, depsgraph)
     path.write_text(json.dumps(document), encoding="utf-8")
     return path

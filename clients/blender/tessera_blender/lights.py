@@ -65,6 +65,11 @@ def intensity(light: Any, exported: float) -> float:
     return power(light) if light.type == "SUN" else power(light) / (4 * math.pi)
 
 
+def mean_of_cone(light: Any) -> float:
+    """Mean over the cone of the cosine to a spot's axis, by which Cycles dims it before 3.6."""
+    return (1 + math.cos(light.spot_size / 2)) / 2 if light.type == "SPOT" else 1.0
+
+
 def outline(light: Any) -> list[tuple[float, float]]:
     """Corners of an area light in its plane, counter-clockwise from behind it (seen along -z)."""
     half_x = light.size / 2

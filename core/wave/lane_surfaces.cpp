@@ -24,6 +24,27 @@ bool is_unsupported(const Material& m, bool is_solid) {
          m.factors.anisotropy > 0 || m.factors.diffuse_transmission > 0;
 }
 
+bool is_opaque(const Texture& texture) {
+  for (int y = 0; y < texture.height(); ++y) {
+    for (int x = 0; x < texture.width(); ++x) {
+      if (texture.alpha(x, y) != 1) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// Returns SceneData::coverage() if it is known to be the same everywhere, else -1. varies: a
+/// texture or vertex colours have alpha.
+float same_coverage(const Material& m, bool varies) {
+  if (!m.has_alpha) {
+    return 1;
+  }
+  const bool is_blended = m.factors.alpha_mode == AlphaMode::kBlend;
+  return is_blended && !varies ? clamp01(m.factors.base_alpha) : -1;
+}
+
 /// A texture and a coat change emission from point to point; of these surfaces, lanes handle only
 /// the triangles that are dark.
 bool shines_alone(const Material& m) {
@@ -123,6 +144,12 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                            b.roughness, b.alpha_x, b.f0.r, b.f0.g,                      //
                            b.f0.b, b.f90, e.r, e.g, e.b, 0, 0, 0}});
   }
+  std::vector<bool> has_alpha_map;
+  for (const Material& m : scene.materials) {
+    const Texture* texture = m.base_color.texture;
+    has_alpha_map.push_back(m.factors.alpha_mode == AlphaMode::kBlend && texture != nullptr &&
+                            !is_opaque(*texture));
+  }
   for (const PlacedMesh& placed : scene.placed) {
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
@@ -144,12 +171,13 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back({mesh.positions.data(), data(mesh.normals),
-                       m.transmits ? nullptr : data(mesh.round_sides), mesh.indices.data(),
-                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-                       mesh.later.empty() ? nullptr : &mesh, m.has_alpha, m.is_clear,
-                       m.factors.double_sided, shines_alone(m), has_layers, placed.solid});
+    placed_.push_back(
+        {mesh.positions.data(), data(mesh.normals), m.transmits ? nullptr : data(mesh.round_sides),
+         mesh.indices.data(), &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
+         maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
+         mesh.later.empty() ? nullptr : &mesh,
+         same_coverage(m, has_alpha_map[mesh.material] || !mesh.colors.empty()), m.is_clear,
+         m.factors.double_sided, shines_alone(m), has_layers, placed.solid});
   }
 }
 

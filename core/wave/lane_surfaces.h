@@ -69,7 +69,8 @@ class LaneSurfaces {
             LaneHits<N>& out) const;
   /// Returns the coverage of a hit: below 1 at holes.
   float coverage(const RawHit& hit, const Ray& ray) const {
-    return entry_of(hit).may_be_hole ? scene_.coverage(hit, ray) : 1;
+    const float same = entry_of(hit).coverage;
+    return same < 0 ? scene_.coverage(hit, ray) : same;
   }
   /// Returns whether a hit lets no light through. Pre: solids share no space.
   bool blocks(const RawHit& hit, const Ray& ray) const {
@@ -95,7 +96,7 @@ class LaneSurfaces {
     std::uint32_t first_light;
     Kind kind;
     const MeshData* moving;  ///< null if it is at rest
-    bool may_be_hole;
+    float coverage;          ///< everywhere; negative: it may vary
     bool is_clear;
     bool is_double_sided;
     bool shines_alone;    ///< emission is evaluated lane by lane

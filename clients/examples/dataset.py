@@ -10,8 +10,9 @@ SCENE), four images of each. Formats: coco, with exact masks and boxes (of the v
 the whole object), see annotations/; nerfstudio, transforms.json with points3D.ply.
 
 Every image has its camera, and float32 arrays NAME.npy in a folder for each layer: beauty (linear
-light), depth (along the ray) [m], normal, position [m], motion [pixels until the next frame], and
-error (relative standard error). The same command again renders what is missing.
+light), depth (along the ray) and z_depth (along the camera's axis, at pixel centres) [m], normal,
+position [m], motion [pixels until the next frame], and error (relative standard error). The same
+command again renders what is missing.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from rooms import room
 AT_A_TIME = 8
 VIEWS_OF_A_ROOM = 4
 #: Layers that are written as arrays.
-RECORDED = ("depth", "normal", "position", "motion")
+RECORDED = ("depth", "z_depth", "normal", "position", "motion")
 PLANES = ("beauty", *RECORDED, "error")
 FORMATS = {"coco": CocoFolder, "nerfstudio": NerfstudioFolder}
 

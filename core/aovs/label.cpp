@@ -1,12 +1,15 @@
 #include "core/aovs/label.h"
 
+#include <algorithm>
+#include <cstddef>
+
 #include "core/math/offset_ray.h"
 #include "core/transport/intersect.h"
 
 namespace core {
 
-LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
-                 std::uint64_t& rays) noexcept {
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
+                 Vec3* seen) noexcept {
   RawHit hit;
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     ++rays;
@@ -19,6 +22,9 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
       ray.t_max -= length(point.position - ray.origin);
       ray.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
       continue;
+    }
+    if (seen != nullptr) {
+      *seen = point.position;
     }
     const PlacedMesh& placed = scene.placed[point.placed];
     return {.object = placed.object,
@@ -36,11 +42,18 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
 void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
                 const Motion* motion) noexcept {
   const PixelRect& rect = state.rect;
-  auto to = state.labels.begin();
-  for (int y = rect.y; y < rect.y + rect.height; ++y) {
-    for (int x = rect.x; x < rect.x + rect.width && to != state.labels.end(); ++x, ++to) {
-      const Vec2 centre_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
-      *to = label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays);
+  const std::size_t count = std::max(state.labels.size(), state.z_depths.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec2 centre_px = {static_cast<float>(rect.x + static_cast<int>(i) % rect.width) + 0.5F,
+                            static_cast<float>(rect.y + static_cast<int>(i) / rect.width) + 0.5F};
+    Vec3 seen = camera.eye();
+    const LabelPixel pixel =
+        label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays, &seen);
+    if (!state.labels.empty()) {
+      state.labels[i] = pixel;
+    }
+    if (!state.z_depths.empty()) {
+      state.z_depths[i] = dot(seen - camera.eye(), camera.forward());
     }
   }
 }

@@ -14,10 +14,11 @@ namespace core {
 
 /// Returns the first surface along a camera ray, of any material including glass, with coverage of
 /// at least one half (MASK: present). motion: null if not needed. rays: adds the rays traced.
-LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion,
-                 std::uint64_t& rays) noexcept;
+/// seen: receives the hit, from the scene's origin, if there is one; null if not needed.
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
+                 Vec3* seen = nullptr) noexcept;
 
-/// Labels all pixels of a tile that has room for labels.
+/// Writes the labels and depths of all pixels of a tile, as far as it has room for them.
 void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
                 const Motion* motion) noexcept;
 

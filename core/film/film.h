@@ -74,6 +74,7 @@ struct RecordedParts {
   bool labels = false;  ///< first-hit ids, position, texture coordinates or motion
   bool object_mattes = false;
   bool material_mattes = false;
+  bool z_depth = false;
   MatteKinds matte_kinds() const noexcept { return {object_mattes, material_mattes}; }
   friend bool operator==(const RecordedParts&, const RecordedParts&) = default;
 };
@@ -91,8 +92,10 @@ struct TileState {
   std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty if nothing is fitted
   std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; `pixels` has the
                             ///< counts
-  std::vector<LabelPixel> labels;      ///< [pixel]; empty if no label layer is recorded
-  std::vector<MattePixel> mattes;      ///< [pixel * MatteKinds::count() + kind]
+  std::vector<LabelPixel> labels;  ///< [pixel]; empty if no label layer is recorded
+  std::vector<MattePixel> mattes;  ///< [pixel * MatteKinds::count() + kind]
+  std::vector<float>
+      z_depths;  ///< [pixel]; metres along the camera's axis, of the same hit as labels
   std::uint64_t rejected_samples = 0;  ///< non-finite samples, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -130,6 +133,7 @@ struct FilmSnapshot {
   std::vector<std::string> share_layers;  ///< layer names of `shares`
   std::vector<LabelPixel> labels;
   std::vector<MattePixel> mattes;  ///< as in TileState
+  std::vector<float> z_depths;     ///< as in TileState
   std::uint32_t revision = 0;
   /// F of the whole image (core/film/half_sums.h), for a part of it.
   std::optional<double> error_floor;

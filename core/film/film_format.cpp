@@ -25,7 +25,6 @@ constexpr std::uint32_t kSamplesMax = 1U << 25U;
 constexpr std::uint32_t kCorrelatedFlag = 2;
 constexpr std::uint32_t kSplatsFlag = 4;
 constexpr std::uint32_t kOverWhiteFlag = 64;
-constexpr std::uint32_t kFlags = 255 & ~8U;
 constexpr std::uint32_t kSharesShift = 8;
 /// Limit per replicate: 65,536 samples of 64 megapixels.
 constexpr std::uint64_t kLightPathsMax = std::uint64_t{1} << 42U;
@@ -236,6 +235,7 @@ bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std
     const auto mattes = std::span(state.mattes).subspan(pixel * kinds, kinds);
     if ((!state.aux.empty() && !is_sane(state.aux[pixel], all)) ||
         (!state.labels.empty() && !is_sane(state.labels[pixel])) ||
+        (!state.z_depths.empty() && !std::isfinite(state.z_depths[pixel])) ||
         !std::all_of(mattes.begin(), mattes.end(),
                      [all](const MattePixel& p) { return is_sane(p, all); })) {
       return false;
@@ -389,7 +389,6 @@ Status check_film_head(std::span<const std::byte> start, std::uint64_t file_byte
   // Ranges hold at least two replicates, so these products stay small.
   if (head.ranges == 0 || head.ranges > head.replicates / 2 ||
       head.text_bytes > limits.text_bytes_max ||
-      (head.flags & ((1U << kSharesShift) - 1)) > kFlags ||
       shares_of(head) > static_cast<std::uint64_t>(limits.shares_max) ||
       head.head_bytes != head_bytes(head.ranges, head.text_bytes) ||
       head.tiles != tile_count(head.crop)) {

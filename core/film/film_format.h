@@ -15,8 +15,9 @@
 ///   64  sha256 of the content (Film::digest), hex
 ///
 /// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats,
-/// 16 mattes of objects, 32 of materials, 64 errors are of the image over white, 128 labels; from
-/// bit 8 on the number of shares of the image's light, whose layers the text names.
+/// 8 depths along the camera's axis, 16 mattes of objects, 32 of materials, 64 errors are of the
+/// image over white, 128 labels; from bit 8 on the number of shares of the image's light, whose
+/// layers the text names.
 ///
 /// Ledger, 24 bytes per range:
 ///   u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0
@@ -37,6 +38,7 @@
 ///                                           (NaN: unknown)
 ///   16, 32    each pixel and flag           six times u32 id of Cryptomatte, u32 samples of half
 ///                                           A and B that hit it
+///   flag 8    each pixel                    f32 depth along the camera's axis; 0: nothing
 ///
 /// Last, 64 bytes: sha256 (hex) of everything before.
 // clang-format on

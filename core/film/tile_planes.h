@@ -35,6 +35,9 @@ inline constexpr std::array kRecordedParts = {
     RecordedPart{&RecordedParts::material_mattes, 32U, 1U << 18U,
                  [](const FilmSettings& settings) { return settings.material_mattes; },
                  [](FilmSettings& settings) { settings.material_mattes = true; }},
+    RecordedPart{&RecordedParts::z_depth, 8U, 1U << 20U,
+                 [](const FilmSettings& settings) { return settings.z_depth; },
+                 [](FilmSettings& settings) { settings.z_depth = true; }},
 };
 
 inline RecordedParts parts_asked_for(const FilmSettings& settings) noexcept {
@@ -123,6 +126,9 @@ inline constexpr std::tuple kTilePlanes = {
     TilePlane<MattePixel>{
         &TileState::mattes, &FilmSnapshot::mattes,
         [](const TileShape& shape) { return shape.recorded.matte_kinds().count(); }, true},
+    TilePlane<float>{&TileState::z_depths, &FilmSnapshot::z_depths,
+                     [](const TileShape& shape) { return std::size_t{shape.recorded.z_depth}; },
+                     true},
 };
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
                   sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&

@@ -68,6 +68,7 @@ void write_position(const FilmSnapshot& film, std::size_t i, float* out) {
   const Vec3 p = film.labels[i].position;
   put(out, {p.x, p.y, p.z});
 }
+void write_z_depth(const FilmSnapshot& film, std::size_t i, float* out) { *out = film.z_depths[i]; }
 void write_uv(const FilmSnapshot& film, std::size_t i, float* out) {
   const Vec2 uv = film.labels[i].uv;
   put(out, {uv.x, uv.y, 0});
@@ -272,6 +273,16 @@ constexpr std::array kLayers = {
                .has_value = true,
                .recorded = &FilmSettings::motion,
                .is_held = &has_labels},
+    LayerEntry{.name = "z_depth",
+               .summary = "Distance along the camera's axis to the hit there, metres; negative "
+                          "behind, where fisheyes and panoramas see.",
+               .is_color = false,
+               .channels = "Y",
+               .exr_channels = "Z",
+               .fill = &fill<&write_z_depth>,
+               .has_value = true,
+               .recorded = &FilmSettings::z_depth,
+               .is_held = [](const FilmSnapshot& film) { return film.recorded.z_depth; }},
     LayerEntry{.name = "cryptomatte:object",
                .summary = "Cryptomatte of objects: six name ids with their coverage.",
                .is_color = false,

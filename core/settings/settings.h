@@ -72,6 +72,7 @@ struct FilmSettings {
   bool position = false;
   bool uv = false;
   bool motion = false;
+  bool z_depth = false;
   bool object_mattes = false;  ///< Cryptomatte
   bool material_mattes = false;
   /// Errors are those of the image over white (radiance 1), for images with noise in alpha.

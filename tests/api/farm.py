@@ -206,7 +206,7 @@ class LyingProxy(Proxy):
     """Flips one bit of one pixel of each result."""
 
     def changed(self, result):
-        head = 16 + 200  # core/render/units/slice_work.h; followed by the mean of the first pixel.
+        head = 16 + 208  # core/render/units/slice_work.h; followed by the mean of the first pixel.
         data = bytearray(result[:-4])
         data[head] ^= 1
         return sealed(bytes(data))

@@ -114,12 +114,13 @@ class Cameras(ServerTest):
             # 5e4 samples leave a noise of 1 %; a lost Jacobian is 10 % at the border.
             np.testing.assert_allclose(bdpt, path, rtol=0.05, atol=0.01 * path.mean())
 
-    def test_depth_is_along_the_ray_and_from_position_along_the_axis(self):
+    def test_depth_is_along_the_ray_and_z_depth_along_the_axis(self):
         camera = pinhole("opencv", OPENCV)
-        job = self.seen(camera, ("object", "position", "depth"), samples_per_pixel=16)
+        job = self.seen(camera, ("object", "position", "depth", "z_depth"), samples_per_pixel=16)
         ids, position = job.image("object"), np.asarray(job.image("position"), float)
-        axial = datasets.axial_depth(position, ids, job.objects()["camera"])
+        axial = job.image("z_depth")
         shown = ids != 0
+        self.assertFalse(axial[~shown].any())
         ahead = TURN[:, 2]  # OpenCV's z
         np.testing.assert_allclose(axial[shown], ((position - EYE) @ ahead)[shown], rtol=1e-5)
         along = np.linalg.norm(position - EYE, axis=2)

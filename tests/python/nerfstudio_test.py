@@ -18,7 +18,7 @@ EXAMPLES = Path(REPOSITORY, "clients/examples")
 sys.path.insert(0, str(EXAMPLES))
 import rooms  # noqa: E402
 
-LAYERS = ("beauty", "position", "depth")
+LAYERS = ("beauty", "position", "z_depth")
 LENS = {"type": "pinhole", "fx": 70.5, "fy": 68, "cx": 41, "cy": 29,
         "distortion": {"model": "opencv", "k": [-0.2, 0.05, 0.001, -0.002, 0.01]},
         "position": [0.25, 0.3, -0.6], "target": [0.28, 0.26, 0.28]}  # fmt: skip
@@ -65,7 +65,7 @@ class Nerfstudio(ServerTest):
     def add(self, folder, name, camera, **more):
         job = self.client.submit(
             "cornell-box", size=(80, 60), camera=camera, samples_per_pixel=4,
-            layers=["object", "position", "depth"], **more,
+            layers=["object", "position", "z_depth"], **more,
         ).wait()  # fmt: skip
         layers = {layer: job.image(layer) for layer in LAYERS}
         folder.add(name, job.picture(), job.image("object"), job.objects(), layers)
@@ -184,7 +184,7 @@ class OneCommand(ServerTest):
         names = [f"images/{i:06}.png" for i in range(6)]
         self.assertEqual([f["file_path"] for f in data["frames"]], names)
         self.assertTrue(all(f"{i:06}" in CocoFolder(folder) for i in range(6)))
-        for layer in ("beauty", "depth", "normal", "position", "motion", "error"):
+        for layer in ("beauty", "depth", "z_depth", "normal", "position", "motion", "error"):
             for i in range(6):
                 self.assertEqual(np.load(folder / layer / f"{i:06}.npy").dtype, np.float32)
         other = self.run_example(folder, *arguments, "--seed", "9")

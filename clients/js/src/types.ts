@@ -245,9 +245,9 @@ export interface JobRequestFilm {
   filter?: JobRequestFilmFilter;
   /**
    * Layers to record: albedo, normal, depth, object, instance, material, primitive, position, uv,
-   * motion, cryptomatte:object, cryptomatte:material, light shares (bounce:N and light:NAME for
-   * path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always recorded. Default:
-   * ["albedo","normal","depth"].
+   * motion, z_depth, cryptomatte:object, cryptomatte:material, light shares (bounce:N and
+   * light:NAME for path and bdpt, st:S,T for bdpt), and irradiance. All other layers are always
+   * recorded. Default: ["albedo","normal","depth"].
    */
   layers?: string[];
 }

@@ -24,7 +24,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are written as they are in memory");
 
-constexpr std::string_view kMagic = "TSRWORK4";
+constexpr std::string_view kMagic = "TSRWORK5";
 
 /// Calls visit(array) for each array of a tile.
 template <typename Tile, typename Visit>
@@ -37,6 +37,10 @@ struct Head {
   std::uint32_t slices = 0;
   std::uint32_t zero = 0;
 };
+/// Lengths of a tile's arrays, and a zero if their number is odd: padding, with any bytes, would be
+/// part of digests.
+using Sizes = std::array<std::uint32_t, (kTilePlaneCount + 1) / 2 * 2>;
+
 struct SliceHead {
   std::int32_t tile = 0;
   std::int32_t first_sample = 0;
@@ -46,7 +50,7 @@ struct SliceHead {
   std::int32_t samples = 0;
   PlanSpan span;
   std::int32_t pilot_samples = 0;
-  std::array<std::uint32_t, kTilePlaneCount> sizes{};
+  Sizes sizes{};
   std::uint64_t rejected_samples = 0;
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -67,7 +71,7 @@ struct SliceHead {
   double meter_cpu_seconds = 0;
 };
 static_assert(sizeof(Head) == 16 && sizeof(PixelRect) == 16 &&
-              sizeof(SliceHead) == (168 + 4 * kTilePlaneCount + 7) / 8 * 8);
+              sizeof(SliceHead) == 168 + sizeof(Sizes));
 static_assert(sizeof(MeterSum) == 24);
 
 Error refused(std::string detail) {
@@ -100,8 +104,8 @@ void visit_written(const TileState& s, WorkPart part, Visit&& visit) {
 }
 
 /// Returns the lengths of the tile's arrays, in their order.
-std::array<std::uint32_t, kTilePlaneCount> array_sizes(const TileState& s, WorkPart part) {
-  std::array<std::uint32_t, kTilePlaneCount> sizes{};
+Sizes array_sizes(const TileState& s, WorkPart part) {
+  Sizes sizes{};
   std::size_t i = 0;
   visit_written(s, part, [&](const auto&, std::size_t size) {
     sizes[i++] = static_cast<std::uint32_t>(size);
@@ -273,6 +277,7 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
       !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
       !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
       !all(after.labels, [](const LabelPixel& p) { return is_sane(p); }) ||
+      !all(after.z_depths, [](float z) { return std::isfinite(z); }) ||
       !has_gone_on(before, after)) {
     return refused("tile " + std::to_string(given.slice.tile) + " contains invalid values");
   }
@@ -371,7 +376,7 @@ std::string encode_work(std::span<const SliceWork> work, WorkPart part) {
 Result<std::vector<SliceWork>> decode_work(std::string_view bytes, WorkPart part) {
   Head head;
   if (bytes.size() < sizeof head + sizeof(std::uint32_t) || !bytes.starts_with(kMagic)) {
-    return refused("it does not begin with TSRWORK4");
+    return refused("it does not begin with TSRWORK5");
   }
   const std::string_view hashed = bytes.substr(0, bytes.size() - sizeof(std::uint32_t));
   std::uint32_t sum = 0;

@@ -231,7 +231,7 @@ TEST(ImageQuery, Answers422ToWrongValues) {
       (Errors{
           {"/layer",
            "Unknown value 'heat'; expected one of: beauty, albedo, "
-           "normal, depth, object, instance, material, primitive, position, uv, motion, "
+           "normal, depth, object, instance, material, primitive, position, uv, motion, z_depth, "
            "cryptomatte:object, cryptomatte:material, alpha, samples, variance, error, denoised, "
            "denoised_error, denoise_bias, denoise_bias_error, irradiance, bounce:N, bounce:N-, "
            "light:NAME, st:S,T, st:S,T:unweighted"}}));

@@ -186,6 +186,65 @@ TEST(Labels, AreThoseOfTheHitAtThePixelCenter) {
   EXPECT_EQ(faults.places, 0);
 }
 
+/// Depths along the axis of the cards, whose planes face the camera; it looks along -z.
+int wrong_depths(const core::FilmSnapshot& film) {
+  int wrong = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const auto want = expected(x, y);
+      const float depth = want && want->object != 0 ? kEye.z - want->position.z : 0;
+      const float got = film.z_depths[static_cast<std::size_t>(y * kWidth + x)];
+      wrong += want && std::fabs(got - depth) > 1e-5F * depth ? 1 : 0;
+    }
+  }
+  return wrong;
+}
+
+TEST(ZDepth, OfAPlaneThatFacesTheCameraIsConstant) {
+  core::View view = view_of(cards_scene());
+  view.settings.film.object = false;
+  view.settings.film.z_depth = true;
+  const auto film = test_support::render(view, 2).snapshot;
+  EXPECT_TRUE(film.labels.empty());
+  EXPECT_EQ(wrong_depths(film), 0);
+  auto nearer = cards_scene();
+  nearer.instances[0].to_world.t.z += 0.001F;
+  view.scene = test_support::build(std::move(nearer));
+  EXPECT_GT(wrong_depths(test_support::render(view, 2).snapshot), 100);
+}
+
+/// The third row of OpenCV's extrinsics times the position, which the layer is, for any camera.
+TEST(ZDepth, IsThePositionAlongTheAxisForEveryCamera) {
+  using core::CameraType;
+  std::array<core::CameraSettings, 5> cameras;
+  cameras[0].type = CameraType::kPerspective;
+  cameras[0].shift = Vec2{0.2F, 0};
+  cameras[1].type = cameras[2].type = CameraType::kPinhole;
+  cameras[1].fx_px = cameras[2].fx_px = 90;
+  cameras[1].cx_px = 50;
+  cameras[2].distortion = {core::DistortionModel::kFisheye, {0.01, 0, 0, 0}};
+  cameras[3].type = CameraType::kOrthographic;
+  cameras[4].type = CameraType::kPanorama;
+  for (core::CameraSettings& camera : cameras) {
+    camera.position = core::Place{0.4, 0.3, 4};
+    camera.target = core::Place{-0.3, 0.1, 0};
+    core::View view = view_of(cards_scene());
+    view.camera = camera;
+    view.settings.film.position = view.settings.film.z_depth = true;
+    const auto film = test_support::render(view, 2).snapshot;
+    const Vec3 eye = {0.4F, 0.3F, 4};
+    const Vec3 ahead = normalize(Vec3{-0.3F, 0.1F, 0} - eye);
+    int seen = 0;
+    for (std::size_t i = 0; i < film.labels.size(); ++i) {
+      const bool is_hit = film.labels[i].object != 0;
+      const float depth = is_hit ? dot(film.labels[i].position - eye, ahead) : 0;
+      EXPECT_NEAR(film.z_depths[i], depth, 1e-5F) << i;
+      seen += is_hit ? 1 : 0;
+    }
+    EXPECT_GT(seen, 100);
+  }
+}
+
 TEST(Labels, DetectPlantedFaults) {
   core::SceneDescription moved = cards_scene();
   moved.instances[3].to_world.t.x += 0.05F;

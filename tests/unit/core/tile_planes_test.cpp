@@ -14,7 +14,7 @@ namespace {
 core::RenderSettings all_recorded() {
   core::RenderSettings settings;
   settings.film.width = settings.film.height = 8;
-  settings.film.object = settings.film.object_mattes = true;
+  settings.film.object = settings.film.object_mattes = settings.film.z_depth = true;
   settings.film.shares.resize(2);
   settings.adaptive.type = core::AdaptiveType::kPilot;
   settings.estimator.mis = core::MisType::kOptimal;  // has fits
@@ -78,7 +78,7 @@ TEST(TilePlanes, AChangedByteIsSeenWhereTheRowSays) {
 TEST(TilePlanes, BytesOfAPixelAreThoseOfAllArrays) {
   const core::RenderSettings settings = all_recorded();
   const core::Film film(settings);
-  const std::size_t by_hand = 2 * 24 + 32 + 8 + 32 + 2 * 48 + 2 * 2 * 12 + 44 + 72;
+  const std::size_t by_hand = 2 * 24 + 32 + 8 + 32 + 2 * 48 + 2 * 2 * 12 + 44 + 72 + 4;
   EXPECT_EQ(core::pixel_bytes(core::shape_of(film),
                               [](const auto& plane) { return core::value_bytes(plane); }),
             by_hand);

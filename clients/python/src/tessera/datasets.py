@@ -113,19 +113,6 @@ def name_without_number(segment: Segment) -> str:
     return segment.name.split("#")[0]
 
 
-def axial_depth(
-    position: npt.ArrayLike, ids: npt.ArrayLike, camera: models.SceneObjectsCamera
-) -> npt.NDArray[np.float64]:
-    """Returns the depth along the camera's axis [m] at the centres of pixels; 0: nothing.
-
-    The layer depth is measured along the ray, and is the mean of a pixel's samples. position: the
-    layer of that name. ids: the layer object or instance. camera: of Job.objects().
-    """
-    axis = np.asarray(camera["world_to_camera"], float)[8:12]
-    depth = np.asarray(position, float) @ axis[:3] + axis[3]
-    return np.where(ids_of(ids) != 0, depth, 0.0)
-
-
 def _replace(path: Path, content: bytes) -> None:
     """Writes a file that is never seen half written."""
     part = path.with_name(path.name + ".part")
@@ -306,7 +293,7 @@ class NerfstudioFolder:
         self, name: str, picture: bytes, ids: npt.ArrayLike, objects: models.SceneObjects,
         layers: Mapping[str, npt.ArrayLike],
     ) -> None:  # fmt: skip
-        """Adds an image. Arguments as for CocoFolder.add(), with position and beauty as layers."""
+        """Adds an image, as CocoFolder.add(). layers: among them beauty, position, z_depth."""
         camera = objects["camera"]
         distortion = camera["distortion"]
         k = [float(value) for value in distortion["k"]]
@@ -320,7 +307,7 @@ class NerfstudioFolder:
             raise ValueError(f"the folder's cameras are {self._data['camera_model']}, not {model}")
         shown = ids_of(ids) != 0
         _write_files(self.folder, name, picture, shown.shape, layers)
-        depth = axial_depth(layers["position"], ids, camera)
+        depth = np.asarray(layers["z_depth"], float)
         if distortion["model"] == "fisheye":
             eye = np.asarray(camera["to_world"], float)[12:15]
             along = np.linalg.norm(np.asarray(layers["position"], float) - eye, axis=2)

@@ -102,7 +102,7 @@ export function ServerImage({ job, mode, large }: { job: Job; mode: Mode; large:
       {meaning && (
         <p class="layer-note">
           {meaning}
-          {mode === 'depth' && shown.range && (
+          {(mode === 'depth' || mode === 'z_depth') && shown.range && (
             <>
               {' '}
               Black is {number(shown.range[0])} m, white {number(shown.range[1])} m.

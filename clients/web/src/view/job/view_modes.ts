@@ -12,6 +12,7 @@ export type Label =
   | 'primitive'
   | 'position'
   | 'uv'
+  | 'z_depth'
   | 'cryptomatte:object'
   | 'cryptomatte:material';
 /** A plane of the live film, or a layer encoded by the server. */
@@ -66,6 +67,7 @@ const labelModes: (ModeInfo & { mode: Label })[] = [
   { mode: 'primitive', label: 'Primitives', meaning: 'A colour for each primitive of a mesh.' },
   { mode: 'position', label: 'Position', meaning: 'Where the surfaces are: x, y, z as colours.' },
   { mode: 'uv', label: 'UV', meaning: 'Texture coordinates: red is u, green v.' },
+  { mode: 'z_depth', label: 'Z depth', meaning: 'Distance along the axis of the camera.' },
   {
     mode: 'cryptomatte:object',
     label: 'Object mattes',

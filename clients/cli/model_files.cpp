@@ -1,6 +1,7 @@
 #include "clients/cli/model_files.h"
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -13,27 +14,47 @@ std::string last_part(std::string_view name) {
   return std::string(name.substr(name.find_last_of("/\\") + 1));
 }
 
-/// Returns the names of files to which a text of OBJ (mtllib) or MTL (map_...) refers.
+/// Returns the text after its first word.
+std::string_view without_first(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_of(" \t"), text.size()));
+  text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+  return text;
+}
+
+/// Returns what follows the keyword in each line of OBJ (mtllib) or MTL (map_..., norm) that names
+/// a file: the name, or options and the name, which may contain spaces.
 std::vector<std::string> obj_references(std::string_view text) {
-  std::vector<std::string> names;
+  std::vector<std::string> out;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     std::string_view line = text.substr(at, end - at);
     at = end + 1;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) {
-      line.remove_suffix(1);
-    }
-    const std::size_t first = std::min(line.find_first_not_of(" \t"), line.size());
-    line.remove_prefix(first);
-    if (line.starts_with("mtllib ")) {
-      names.emplace_back(line.substr(7));
-    } else if (line.starts_with("map_") || line.starts_with("norm ")) {
-      names.emplace_back(line.substr(line.find_last_of(" \t") + 1));  // after options
+    const std::size_t last = line.find_last_not_of(" \t\r");
+    line = line.substr(0, last == std::string_view::npos ? 0 : last + 1);
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    if (line.starts_with("mtllib ") || line.starts_with("map_") || line.starts_with("norm ")) {
+      out.emplace_back(without_first(line));
     }
   }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
-  return names;
+  return out;
+}
+
+struct Reference {
+  std::string name;  ///< without folders
+  std::string path;
+};
+
+/// Returns the file that a reference means: the longest end of it that names one, or its last part,
+/// where the path is that of another machine.
+std::optional<Reference> find_reference(const std::string& folder, std::string_view reference) {
+  for (std::string_view name = reference; !name.empty(); name = without_first(name)) {
+    if (auto place = side_file_path(folder, name)) {
+      return Reference{last_part(name), *std::move(place)};
+    }
+  }
+  const std::string last = last_part(reference);
+  auto place = side_file_path(folder, last);
+  return place ? std::optional(Reference{last, *std::move(place)}) : std::nullopt;
 }
 
 }  // namespace
@@ -50,14 +71,14 @@ core::Result<std::vector<NamedFile>> read_model_files(const std::string& path) {
     if (extension != "obj" && extension != "mtl") {
       continue;
     }
-    for (const std::string& name : obj_references(files[i].content)) {
-      const bool is_known = std::any_of(files.begin(), files.end(), [&](const NamedFile& each) {
-        return each.name == last_part(name);
-      });
-      const auto place = side_file_path(folder_of(path), name);
-      auto file = is_known || !place ? core::Result<std::string>(core::Error{}) : read_file(*place);
-      if (file) {
-        files.push_back({last_part(name), *std::move(file)});
+    for (const std::string& reference : obj_references(files[i].content)) {
+      const auto found = find_reference(folder_of(path), reference);
+      const auto is_it = [&](const NamedFile& each) { return each.name == found->name; };
+      if (!found || std::any_of(files.begin(), files.end(), is_it)) {
+        continue;
+      }
+      if (auto file = read_file(found->path)) {
+        files.push_back({found->name, *std::move(file)});
       }
     }
   }

@@ -1,6 +1,7 @@
 // Uploads in other formats than glTF.
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <utility>
 
@@ -16,8 +17,11 @@ using core::ErrorCode;
 /// The document of a 3MF package (3MF Core Specification 1.3, 2.1), which is a zip archive.
 constexpr std::string_view k3mfDocument = "3D/3dmodel.model";
 
+/// Returns whether an OBJ may name such a file. The converter says which images it cannot use.
 bool is_material(const std::string& extension) {
-  return extension == "mtl" || extension == "png" || extension == "jpg" || extension == "jpeg";
+  constexpr std::array<std::string_view, 10> kNamed = {"mtl", "png", "jpg", "jpeg", "webp",
+                                                       "tga", "bmp", "gif", "tif",  "tiff"};
+  return std::find(kNamed.begin(), kNamed.end(), extension) != kNamed.end();
 }
 
 /// By the first bytes; add_file() says what is wrong with the rest.

@@ -204,6 +204,86 @@ class Convert(ApiTest):
         begin = 28 + struct.unpack("<I", data[12:16])[0] + view.get("byteOffset", 0)
         self.assertEqual(data[begin:begin + view["byteLength"]], wood)
 
+    def material_of(self, mtl, **files):
+        data, said = self.converted("box.obj", obj(), **{
+            "box.mtl": b"newmtl red\nKd 0 0 0\n" + mtl, **files})
+        return next(m for m in document_of(data)["materials"] if m["name"] == "red"), said
+
+    def test_lamps_of_an_obj_keep_their_strength_and_textures(self):
+        lamp, _ = self.material_of(b"Ke 17 12 4\n")
+        strength = lamp["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"]
+        for seen, given in zip(lamp["emissiveFactor"], (17, 12, 4)):
+            self.assertAlmostEqual(seen * strength, given, places=5)
+        for glow in (b"", b"Ke 1 1 1\n"):
+            lamp, _ = self.material_of(glow + b"map_Ke glow.png\n",
+                                       **{"glow.png": png_image(2, 2, (10, 20, 30))})
+            self.assertEqual(lamp["emissiveFactor"], [1, 1, 1])
+            self.assertIn("index", lamp["emissiveTexture"])
+
+    def test_glass_and_metal_of_an_obj(self):
+        glass, _ = self.material_of(b"Tf 0.5 0.75 1\nNi 1.33\nillum 7\n")
+        made = glass["extensions"]
+        self.assertEqual(made["KHR_materials_transmission"]["transmissionFactor"], 1)
+        self.assertGreater(made["KHR_materials_volume"]["thicknessFactor"], 0)
+        self.assertAlmostEqual(made["KHR_materials_ior"]["ior"], 1.33, places=6)
+        base = glass["pbrMetallicRoughness"]
+        self.assertEqual(base["baseColorFactor"], [0.5, 0.75, 1, 1])
+        self.assertEqual(base["roughnessFactor"], 0)
+        metal, _ = self.material_of(b"Ks 0.5 0.25 0.125\nNs 250\nillum 3\n")
+        base = metal["pbrMetallicRoughness"]
+        self.assertEqual((base["baseColorFactor"], base["metallicFactor"]),
+                         ([0.5, 0.25, 0.125, 1], 1))
+        self.assertNotIn("extensions", metal)
+
+    def test_what_is_left_out_of_materials_is_named(self):
+        wood = {"wood.png": png_image(2, 2, (9, 9, 9))}
+        _, said = self.material_of(b"map_d wood.png\nmap_Bump wood.png\n"
+                                   b"map_Kd -s 2 2 1 wood.png\nKa 1 1 1\n", **wood)
+        self.assertIn("MTL: map_Bump, map_Kd -s, map_d left out.", said)
+        _, said = self.material_of(b"map_Kd wood.png\nKa 1 1 1\nKs 1 1 1\nNi 1.45\nillum 2\n",
+                                   **wood)
+        self.assertNotIn("left out", said)
+
+    def test_numbers_may_begin_with_a_dot(self):
+        corners = b"v 0 0 0\nv 1 .5 0\nv 0 1 -.5\nv 5 5 5\nvt .5 .5\nf 1/1 2/1 3/1\n"
+        data, _ = self.converted("flat.obj", corners)
+        document = document_of(data)
+        points = floats_of(data, document["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
+        self.assertEqual(sorted(zip(points[::3], points[1::3], points[2::3])),
+                         [(0, 0, 0), (0, 1, -0.5), (1, 0.5, 0)])
+
+    def test_textures_are_found_by_any_way_of_writing_their_name(self):
+        wood = png_image(2, 2, (10, 20, 30))
+        for wanted, name in ((b"WOOD.PNG", "wood.png"), (b"C:\\maps\\wood.png", "wood.png"),
+                             (b"my wood.png", "my wood.png"), (b"-bm 1 wood.png", "wood.png")):
+            with self.subTest(wanted=wanted):
+                mtl = b"newmtl red\nKd 1 1 1\nmap_Kd " + wanted + b"\n"
+                files = {"box.obj": obj(), "box.mtl": mtl, name: wood}
+                archive = io.BytesIO()
+                with zipfile.ZipFile(archive, "w") as packed:
+                    for each, content in files.items():
+                        packed.writestr(each, content)
+                answer = self.upload("box.zip", archive.getvalue(), "application/zip")
+                self.assertFalse(any("missing" in w for w in answer.json()["warnings"]), answer)
+                folder = self.folder / wanted.hex()
+                folder.mkdir()
+                for each, content in files.items():
+                    (folder / each).write_bytes(content)
+                code, _, said = tessera("convert", folder / "box.obj", "-o", folder / "box.glb")
+                self.assertEqual((code, "missing" in said), (0, False), said)
+                self.assertEqual(len(document_of((folder / "box.glb").read_bytes())["images"]), 1)
+
+    def test_warnings_are_those_of_the_upload(self):
+        for name in ("first.png", "second.png"):
+            archive = io.BytesIO()
+            with zipfile.ZipFile(archive, "w") as packed:
+                packed.writestr("box.obj", obj())
+                packed.writestr("box.mtl", f"newmtl red\nKd 1 1 0.5\nmap_Kd {name}\n")
+            said = " ".join(self.upload("box.zip", archive.getvalue(),
+                                        "application/zip").json()["warnings"])
+            self.assertIn(name, said)
+            self.assertEqual("first.png" in said, name == "first.png", said)
+
     def test_texture_coordinates_count_from_the_top(self):
         data, _ = self.converted("box.obj", obj(), **{"box.mtl": MTL})
         document = document_of(data)

@@ -2,18 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <span>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/MemoryIOWrapper.h>
+#include <assimp/ObjMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -53,6 +56,67 @@ std::string_view last_part(std::string_view name) {
   return name.substr(name.find_last_of("/\\") + 1);
 }
 
+bool is_same_name(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+/// libassimp takes a word of OBJ for a number only if it begins with a digit or a sign: ".5"
+/// becomes "0.5".
+Bytes with_leading_zeros(const Bytes& text) {
+  const auto is = [&text](std::size_t at, auto what) {
+    return at < text.size() && what(std::to_integer<int>(text[at])) != 0;
+  };
+  const auto is_space = [](int c) { return c == ' ' || c == '\t'; };
+  const auto is_digit = [](int c) { return std::isdigit(c); };
+  Bytes out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == std::byte{'.'} && i > 0 && is(i - 1, is_space) && is(i + 1, is_digit)) {
+      out.push_back(std::byte{'0'});
+    }
+    out.push_back(text[i]);
+  }
+  return out;
+}
+
+/// What of materials is read. Ka, the light that a surface has from nowhere, has no counterpart;
+/// Ks, Ni and Tf count where illum says so.
+constexpr std::array<std::string_view, 20> kRead = {
+    "newmtl", "Kd",     "Ke",     "d",    "Tr", "Ns", "Pr",     "Pm", "illum", "map_Kd",
+    "map_Ke", "map_kd", "map_ke", "norm", "Ka", "Ks", "map_Ka", "Ni", "Tf",    "sharpness"};
+
+/// Returns the statements of MTL files that are left out, and the options of their textures.
+std::set<std::string> left_out(const std::vector<ModelFile>& files) {
+  std::set<std::string> out;
+  for (const ModelFile& file : files) {
+    if (file.name.size() < 4 || !is_same_name(file.name.substr(file.name.size() - 4), ".mtl")) {
+      continue;
+    }
+    std::istringstream lines(
+        std::string(reinterpret_cast<const char*>(file.content.data()), file.content.size()));
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::string word;
+      words >> word;
+      if (word.empty() || word.front() == '#' || word.size() > 12) {
+        continue;
+      }
+      if (std::find(kRead.begin(), kRead.end(), word) == kRead.end()) {
+        out.insert(word);
+      } else if (word.starts_with("map_") || word == "norm") {
+        for (std::string option; words >> option;) {
+          if (option == "-s" || option == "-o" || option == "-t") {
+            out.insert(word + " " + option);
+          }
+        }
+      }
+    }
+  }
+  return out;
+}
+
 /// Files in memory, by the last part of their names.
 class Files : public Assimp::IOSystem {
  public:
@@ -74,7 +138,11 @@ class Files : public Assimp::IOSystem {
     const auto is_it = [&](const ModelFile& file) {
       return last_part(file.name) == last_part(name);
     };
-    const auto found = std::find_if(files_.begin(), files_.end(), is_it);
+    const auto is_alike = [&](const ModelFile& file) {  // as Windows and macOS find it
+      return is_same_name(last_part(file.name), last_part(name));
+    };
+    auto found = std::find_if(files_.begin(), files_.end(), is_it);
+    found = found != files_.end() ? found : std::find_if(files_.begin(), files_.end(), is_alike);
     return found == files_.end() ? nullptr : &*found;
   }
   const std::set<std::string>& missing() const { return missing_; }
@@ -174,7 +242,12 @@ class Writer {
     }
     return nodes_ > 0 ? "" : "it has no triangles";
   }
-  Bytes finish() { return writer_.finish(); }
+  /// notes: kept in the file, so that the same file has the same ones.
+  Bytes finish(const std::vector<std::string>& notes) {
+    const GltfJson extras = {{"converted", notes}};
+    writer_.set("extras", extras.dump(-1, ' ', false, GltfJson::error_handler_t::replace));
+    return writer_.finish();
+  }
 
  private:
   double color(double value) const {
@@ -201,10 +274,24 @@ class Writer {
     from.Get(AI_MATKEY_METALLIC_FACTOR, metallic);
     float roughness = 0.6F;
     float shininess = 0;
-    if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness) != AI_SUCCESS && is_given &&
-        from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS) {
+    const bool has_roughness = from.Get(AI_MATKEY_ROUGHNESS_FACTOR, roughness) == AI_SUCCESS;
+    if (!has_roughness && is_given && from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS) {
       // As Blender's importer of OBJ.
       roughness = 1 - std::sqrt(std::clamp(shininess, 0.0F, 1000.0F) / 1000);
+    }
+    int illum = 2;
+    from.Get(AI_MATKEY_OBJ_ILLUM, illum);
+    const bool is_black = base == std::array{0.0, 0.0, 0.0};
+    aiColor4D specular;
+    const bool has_specular = from.Get(AI_MATKEY_COLOR_SPECULAR, specular) == AI_SUCCESS;
+    if (illum == 3 && is_black && has_specular) {  // a mirror without diffuse light: a metal
+      base = linear(specular);
+      metallic = 1;
+    }
+    GltfJson extensions = GltfJson::object();
+    if (illum == 6 || illum == 7) {
+      roughness = has_roughness || shininess > 0 ? roughness : 0;
+      add_glass(from, is_black, base, extensions);
     }
     GltfJson pbr = {{"metallicFactor", std::clamp(metallic, 0.0F, 1.0F)},
                     {"roughnessFactor", std::clamp(roughness, 0.0F, 1.0F)}};
@@ -219,13 +306,45 @@ class Writer {
       out["alphaMode"] = "BLEND";
     }
     aiColor3D emission;
-    if (from.Get(AI_MATKEY_COLOR_EMISSIVE, emission) == AI_SUCCESS && !emission.IsBlack()) {
-      out["emissiveFactor"] = linear(emission);
+    from.Get(AI_MATKEY_COLOR_EMISSIVE, emission);
+    const auto glow = texture(from, aiTextureType_EMISSIVE);
+    if (glow && emission.IsBlack()) {
+      emission = {1, 1, 1};
+    }
+    if (!emission.IsBlack()) {
+      const float strength = std::max({1.0F, emission.r, emission.g, emission.b});
+      out["emissiveFactor"] = linear(emission * (1 / strength));
+      if (strength > 1) {
+        extensions["KHR_materials_emissive_strength"]["emissiveStrength"] = strength;
+      }
+    }
+    if (glow) {
+      out["emissiveTexture"]["index"] = *glow;
+    }
+    for (const auto& [name, value] : extensions.items()) {
+      writer_.use_extension(name);
+      out["extensions"][name] = value;
     }
     if (const auto index = texture(from, aiTextureType_NORMALS)) {
       out["normalTexture"]["index"] = *index;
     }
     return out;
+  }
+
+  /// illum 6 and 7: "refraction on". As solid glass of the colour of the filter, or of its own.
+  void add_glass(const aiMaterial& from, bool is_black, std::array<double, 3>& base,
+                 GltfJson& extensions) const {
+    aiColor3D filter{1, 1, 1};
+    from.Get(AI_MATKEY_COLOR_TRANSPARENT, filter);
+    float ior = 1.5F;
+    from.Get(AI_MATKEY_REFRACTI, ior);
+    if (is_black) {
+      base = {color(static_cast<double>(filter.r)), color(static_cast<double>(filter.g)),
+              color(static_cast<double>(filter.b))};
+    }
+    extensions["KHR_materials_transmission"]["transmissionFactor"] = 1;
+    extensions["KHR_materials_volume"]["thicknessFactor"] = 1;
+    extensions["KHR_materials_ior"]["ior"] = ior > 1 ? ior : 1.5F;
   }
 
   /// Adds a texture with its file's bytes.
@@ -400,7 +519,12 @@ ReadModel read_model(const std::string& extension, const std::vector<ModelFile>&
     out.fault = "its format is not known";
     return out;
   }
-  auto* const system = new Files(files);
+  std::vector<ModelFile> given;
+  if (extension == "obj") {
+    given = files;
+    given.front().content = with_leading_zeros(given.front().content);
+  }
+  auto* const system = new Files(given.empty() ? files : given);
   Assimp::Importer importer;
   importer.SetIOHandler(system);  // which the importer deletes
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
@@ -435,8 +559,15 @@ ReadModel read_model(const std::string& extension, const std::vector<ModelFile>&
       out.notes.push_back(missing + " is missing; its materials are grey.");
     }
   }
+  std::string names;
+  for (const std::string& statement : left_out(files)) {
+    names += (names.empty() ? "" : ", ") + statement;
+  }
+  if (!names.empty()) {
+    out.notes.push_back("MTL: " + names + " left out.");
+  }
   if (out.fault.empty()) {
-    out.glb = writer.finish();
+    out.glb = writer.finish(out.notes);
   }
   return out;
 }

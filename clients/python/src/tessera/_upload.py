@@ -132,14 +132,23 @@ def side_file(document: Path, name: str) -> Path:
     return path.resolve()
 
 
-# `mtllib NAME` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials.
-_REFERENCE = re.compile(
-    rb"^[ \t]*(?:mtllib[ \t]+(.+?)|(?:map_\w+|norm)[ \t]+(?:.*[ \t])?(\S+))[ \t\r]*$", re.M
-)
+# `mtllib NAME` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces.
+_REFERENCE = re.compile(rb"^[ \t]*(?:mtllib|map_\w+|norm)[ \t]+(.*?)[ \t\r]*$", re.M)
+
+
+def _referenced(path: Path, reference: str) -> tuple[str, Path] | None:
+    """Returns the name in a reference, without folders, and its file: the longest end that names
+    one, or its last part, where the path is that of another machine."""
+    last = re.split(r"[/\\]", reference)[-1]
+    names = [reference[match.start() :] for match in re.finditer(r"\S+", reference)]
+    for name in [*names, last]:
+        with contextlib.suppress(FileNotFoundError, TesseraError):
+            return re.split(r"[/\\]", name)[-1], side_file(path, name)
+    return None
 
 
 def obj_files(path: Path) -> dict[str, Path]:
-    """Returns an OBJ, and the materials and textures that lie beside it: last part of name, path.
+    """Returns an OBJ, and the materials and textures that lie beside it: name, path.
 
     The server names what is missing.
     """
@@ -147,12 +156,10 @@ def obj_files(path: Path) -> dict[str, Path]:
     waiting = [path]
     while waiting:
         for match in _REFERENCE.finditer(waiting.pop().read_bytes()):
-            name = (match[1] or match[2]).decode(errors="surrogateescape")
-            last = re.split(r"[/\\]", name)[-1]
-            with contextlib.suppress(FileNotFoundError, TesseraError):
-                if last not in files:
-                    files[last] = side_file(path, name)
-                    waiting += [files[last]] if last.lower().endswith(".mtl") else []
+            found = _referenced(path, match[1].decode(errors="surrogateescape"))
+            if found is not None and found[0] not in files:
+                files[found[0]] = found[1]
+                waiting += [found[1]] if found[0].lower().endswith(".mtl") else []
     return files
 
 

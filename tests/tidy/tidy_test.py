@@ -316,6 +316,13 @@ def top_level_faults(names):
             yield f"{name}: does not belong to the top level"
 
 
+def unlisted_faults(sources, lists: str):
+    """A source that no build list names is not compiled, and a test in it never runs."""
+    for path in sources:
+        if not re.search(rf"(?<![\w.]){re.escape(path.rsplit('/', 1)[-1])}\b", lists):
+            yield f"{path}: is in no CMake list"
+
+
 def is_source(file: pathlib.Path) -> bool:
     """C++, Python, TypeScript, or a shell script, which may have no extension."""
     if file.suffix in SOURCES:
@@ -338,6 +345,11 @@ def all_faults():
     found = list(top_level_faults(p.name for p in pathlib.Path(".").iterdir()))
     files = sorted(files_of_tree())
     found += all_number_faults(files)
+    lists = "".join(file.read_text(encoding="utf-8") for file in files
+                    if file.name == "CMakeLists.txt" or file.suffix == ".cmake")
+    sources = [file.as_posix() for file in files if file.suffix == ".cpp"]
+    # A loop names those of the fuzzers.
+    found += unlisted_faults((s for s in sources if not s.startswith("tests/fuzz/")), lists)
     documents = {file.name for file in files if file.suffix == ".md"}
     tree = {file.as_posix() for file in files}
     for page, folders in ROOMS.items():
@@ -459,10 +471,12 @@ def self_test() -> int:
         missed.append("not seen: a comment that names no file")
     missed += [f"false alarm: {fault}" for fault in path_faults(
         "core/a.h", "// See core/math/a.h.", {"core/math/a.h"})]
+    if not any(unlisted_faults(["tests/a_test.cpp"], "  aa_test.cpp\n")):
+        missed.append("not seen: a source in no list")
     if not any(room_faults("core/README.md", "| `math` | vectors |", ["math", "base"])):
         missed.append("not seen: a folder without a row")
     planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS)
-    planted += len(PLANTED_NUMBERS) + 3
+    planted += len(PLANTED_NUMBERS) + 4
     print("\n".join(missed) or f"tidy self-test: {planted} planted faults seen")
     return 1 if missed else 0
 

@@ -45,6 +45,7 @@ set(CORE_TEST_SOURCES
   sampler_test.cpp
   set_aside_test.cpp
   shared_lights_test.cpp
+  single_faces_test.cpp
   slice_work_test.cpp
   solids_test.cpp
   spectrum_test.cpp

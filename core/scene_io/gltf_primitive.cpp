@@ -315,8 +315,15 @@ void turn_normals(GltfPrimitive& primitive) {
   }
   const auto points_back = [&p](std::size_t i) {
     const Vec3 a = p.positions[p.indices[i]];
-    const Vec3 front = cross(p.positions[p.indices[i + 1]] - a, p.positions[p.indices[i + 2]] - a);
-    return std::all_of(&p.indices[i], &p.indices[i] + 3,
+    const Vec3 edge1 = p.positions[p.indices[i + 1]] - a;
+    const Vec3 edge2 = p.positions[p.indices[i + 2]] - a;
+    const Vec3 front = cross(edge1, edge2);
+    // Slivers, such as those at the poles of spheres, face anywhere: the ends of an edge are each
+    // rounded by sqrt(3) 2^-24 of their distance, which is at most `far`.
+    const float sides = length(edge1) + length(edge2);
+    const float far = length(a) + sides;
+    return length(front) > 0x1p-22F * far * sides &&
+           std::all_of(&p.indices[i], &p.indices[i] + 3,
                        [&](std::uint32_t v) { return dot(p.normals[v], front) < 0; });
   };
   std::vector<std::size_t> turned;  // the first indices of triangles

@@ -258,6 +258,21 @@ TEST(GltfGeometry, NormalsThatDisagreeAreNotTurned) {
   EXPECT_TRUE(square("uu", {level, level, level, level})->warnings.empty());
 }
 
+// As at the poles of spheres.
+TEST(GltfGeometry, NormalsOfSliversThatFaceAnywhereAreNotTurned) {
+  for (const float height : {1e-8F, 1e-4F}) {
+    core::GlbWriter writer;
+    const int positions =
+        accessor(writer, std::vector<float>{1, 0, 0, 2, 0, 0, 1.5F, height, 0}, kF32, "VEC3", 3);
+    const int normals =
+        accessor(writer, std::vector<float>{0, 0, -1, 0, 0, -1, 0, 0, -1}, kF32, "VEC3", 3);
+    add_primitive(writer, attributes(positions, "\"NORMAL\":" + number(normals)));
+    const auto scene = load(writer);
+    EXPECT_EQ(only_primitive(scene).normals.at(0), height < 1e-6F ? kDown : kUp);
+    EXPECT_EQ(scene->warnings.size(), height < 1e-6F ? 0U : 1U);
+  }
+}
+
 TEST(GltfGeometry, NodesWithOneMeshShareIt) {
   core::GlbWriter writer;
   add_triangle(writer);

@@ -77,37 +77,24 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     diffuse_.albedo *= 1 - layers->diffuse_transmission;
   }
   const Rgb substrate_albedo = diffuse_.albedo * interface_.open_wo;
-  ThinLobe::Faces wall;
-  Rgb wall_diffuse;
+  ThinLobe::Albedos wall;
   if (p.thin && p.transmission > 0) {
-    ThinLobe& thin = thin_.emplace();
-    thin.color = p.base_color;
-    thin.weight = dielectric * p.transmission;
+    thin_ = ThinLobe{p.base_color, dielectric * p.transmission, {}};
+    wall = thin_->look(facets_, interface_, e, average);
     if (is_smooth) {
       interface_.open_wo = 1 - interface_.fresnel(mu);
-      wall = thin.faces(interface_, mu);
-    } else {
-      // F at the mean weight of Schlick's curve over the facets, e5 / e, in place of its mean.
-      wall = thin.faces(interface_, 1 - std::pow(e.e5 / e.e, 0.2F));
-      wall.reflected *= e.e;
-      wall.transmitted *= e.e;
-      const Rgb spread = thin.color * (thin.weight * (1 - interface_.multiple));
-      wall_diffuse = spread * (1 - e.e);
-      thin.multiple = spread * ((1 - e.e) * kInvPi / std::max(1 - average.e, 1e-4F));
     }
   }
   if (solid > 0) {
     add_solid(p, solid, film);
   }
   prob_[kDiffuse] += luminance(substrate_albedo) + luminance(multiple_albedo);
-  prob_[kSpecular] = luminance(specular_albedo_wo + wall.reflected);
-  prob_[kThin] =
-      thin_ ? std::max(luminance(wall.transmitted), 0.01F * thin_->weight * luminance(p.base_color))
-            : 0.0F;
+  prob_[kSpecular] = luminance(specular_albedo_wo + wall.single.reflected);
+  prob_[kThin] = thin_ ? thin_->prob(wall) : 0.0F;
   prob_[kDiffuseTransmission] +=
-      luminance(below_.albedo) * interface_.open_wo + luminance(wall_diffuse);
-  albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.reflected +
-            wall.transmitted + wall_diffuse + p.base_color * solid +
+      luminance(below_.albedo) * interface_.open_wo + luminance(wall.multiple);
+  albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.single.reflected +
+            wall.single.transmitted + wall.multiple + p.base_color * solid +
             below_.albedo * interface_.open_wo;
   below_.albedo *= p.refraction_weight;
   if (layers != nullptr && (layers->clearcoat > 0 || max_component(layers->sheen_color) > 0)) {
@@ -294,7 +281,12 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
       return is_above;
     }
     case kThin:
-      return thin_->sample(facets_, interface_, {prob, delta_share()}, u, s);
+      s.wi_local = ThinLobe::sample(facets_, u);
+      if (facets_.is_smooth) {
+        s.weight = thin_->faces(interface_, facets_.wo.z).transmitted * (delta_share() / prob);
+        s.is_delta = s.is_null = true;
+      }
+      return s.wi_local.z < 0;
     default:
       return prob > 0 && glass_->sample(facets_, {prob, delta_share()},
                                         std::clamp(u_lobe / prob, 0.0F, kOneMinusEpsilon), u, s);

@@ -27,7 +27,9 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
 /// An interface without a film.
 template <typename F>
 struct InterfaceOf {
-  F f0;  ///< of the largest channel; unweighted
+  using Color = ColorOf<F>;
+  Color color_f0;  ///< of all channels; unweighted, like the next two
+  F f0;            ///< of the largest channel
   F f90;
   F multiple;  ///< fraction of multiple scattering that is reflected
   F open_wo;   ///< 1 - E(wo)
@@ -35,14 +37,21 @@ struct InterfaceOf {
 
   InterfaceOf() = default;
   /// average: albedo of the lobe with F = 1.
-  InterfaceOf(F largest_f0, F largest_f90, AlbedoOf<F> average) noexcept
-      : f0(largest_f0), f90(largest_f90), multiple(multiple_scattering(f0, f90, average.e)) {}
+  InterfaceOf(Color at_normal, F at_grazing, AlbedoOf<F> average) noexcept
+      : color_f0(at_normal),
+        f0(max_component(color_f0)),
+        f90(at_grazing),
+        multiple(multiple_scattering(f0, f90, average.e)) {}
   /// E: albedos of the interface for wo and on average.
   void set_coupling(F e_wo, F e_average) noexcept {
     open_wo = 1 - e_wo;
     norm = 1 / max(1 - e_average, F(1e-4F));
   }
 
+  /// Returns the reflectance of a facet.
+  Color fresnel_rgb(F cos_oh) const noexcept { return fresnel_schlick(color_f0, f90, cos_oh); }
+  /// Returns the reflectance of a facet in the largest channel, which transmission loses.
+  F fresnel(F cos_oh) const noexcept { return f0 + (f90 - f0) * schlick_weight(cos_oh); }
   /// Returns the albedo of single scattering, e with F = 1.
   F single(AlbedoOf<F> e) const noexcept { return f0 * (e.e - e.e5) + f90 * e.e5; }
   /// Returns the albedo where single scattering has albedo e with F = 1.
@@ -53,14 +62,13 @@ struct InterfaceOf {
 
 struct Interface : InterfaceOf<float> {
   ThinFilm film;
-  Rgb film_f0;  ///< of all channels, with or without a film
 
   /// No interface.
-  Interface() noexcept : InterfaceOf(0, 0, {}) { set_coupling(0, 0); }
+  Interface() noexcept : InterfaceOf(Rgb{}, 0, {}) { set_coupling(0, 0); }
   /// wo, average: albedos of the lobe with F = 1; mu: cosine of wo.
   Interface(const BsdfParameters& p, const ThinFilm& over, float roughness, float mu,
             SpecularAlbedo wo, SpecularAlbedo average) noexcept
-      : InterfaceOf(max_component(p.f0), p.f90, average), film(over), film_f0(p.f0) {
+      : InterfaceOf(p.f0, p.f90, average), film(over) {
     // The mean over the hemisphere; for a film by two-point Gauss quadrature for the weight 2 mu.
     constexpr float kMu[2] = {0.3550510F, 0.8449490F};
     constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
@@ -75,18 +83,17 @@ struct Interface : InterfaceOf<float> {
     set_coupling(albedo(mu, wo), mean);
   }
 
-  /// Returns the reflectance of a facet.
+  /// As without a film.
   Rgb fresnel_rgb(float cos_oh) const noexcept {
-    const Rgb plain = fresnel_schlick(film_f0, f90, cos_oh);
+    const Rgb plain = InterfaceOf::fresnel_rgb(cos_oh);
     return film.weight > 0
-               ? lerp(plain, film.fresnel(std::max(cos_oh, 0.0F), film_f0) * f90, film.weight)
+               ? lerp(plain, film.fresnel(std::max(cos_oh, 0.0F), color_f0) * f90, film.weight)
                : plain;
   }
-  /// Returns the reflectance of a facet in the largest channel, which transmission loses.
   float fresnel(float cos_oh) const noexcept {
-    const float plain = lerp(f0, f90, schlick_weight(cos_oh));
+    const float plain = InterfaceOf::fresnel(cos_oh);
     return film.weight > 0
-               ? lerp(plain, max_component(film.fresnel(std::max(cos_oh, 0.0F), film_f0)) * f90,
+               ? lerp(plain, max_component(film.fresnel(std::max(cos_oh, 0.0F), color_f0)) * f90,
                       film.weight)
                : plain;
   }
@@ -95,7 +102,7 @@ struct Interface : InterfaceOf<float> {
     if (!(film.weight > 0)) {
       return InterfaceOf::albedo(e);
     }
-    const float seen = max_component(film.fresnel(mu, film_f0)) * f90 * e.e;
+    const float seen = max_component(film.fresnel(mu, color_f0)) * f90 * e.e;
     return lerp(single(e), seen, film.weight) + multiple * (1 - e.e);
   }
   /// Returns the attenuation of a diffuse lobe below; e: albedo at wi with F = 1.

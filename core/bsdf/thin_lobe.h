@@ -15,57 +15,77 @@
 
 namespace core {
 
-struct ThinLobe {
-  Rgb color;         ///< c
-  float weight = 0;  ///< of the wall in the mixture of surface components
-  Rgb multiple;      ///< multiple scattering, over 1 - E(wi) [1/sr]
+template <typename F>
+struct ThinLobeOf {
+  using V = Vec3Of<F>;
+  using Color = ColorOf<F>;
+  using M = MaskOf<F>;
+  Color color;     ///< c
+  F weight;        ///< of the wall in the mixture of surface components
+  Color multiple;  ///< multiple scattering, over 1 - E(wi) [1/sr]
 
   struct Faces {
-    Rgb reflected;  ///< by the far face
-    Rgb transmitted;
+    Color reflected;  ///< by the far face
+    Color transmitted;
   };
   /// Returns the weighted shares of light at cosine cos_oh to the facets. F is that of the largest
-  /// channel where light passes a face, so that transmitted light keeps its hue.
-  Faces faces(const Interface& interface, float cos_oh) const noexcept {
-    const float f = interface.fresnel(cos_oh);
-    if (!(f < 1)) {
-      return {};
-    }
-    const float passed = weight * square(1 - f);
-    const auto sum = [f, passed](float c) { return passed * c / (1 - square(c * f)); };
-    const Rgb through = {sum(color.r), sum(color.g), sum(color.b)};
-    return {through * color * interface.fresnel_rgb(cos_oh), through};
+  /// channel where light passes a face, so that transmitted light keeps its hue. Cover: InterfaceOf
+  /// or Interface.
+  template <typename Cover>
+  Faces faces(const Cover& cover, F cos_oh) const noexcept {
+    const F f = cover.fresnel(cos_oh);
+    const M is_open = f < 1;
+    const F passed = weight * square(1 - f);
+    const Color through = each_channel(
+        color, [&](F c) { return select(is_open, passed * c / (1 - square(c * f)), F(0)); });
+    return {through * color * cover.fresnel_rgb(cos_oh), through};
+  }
+
+  /// Albedos for wo.
+  struct Albedos {
+    Faces single;
+    Color multiple;
+  };
+  /// Returns the albedos, and sets `multiple`. e, average: albedos of the facets with F = 1.
+  template <typename Cover>
+  Albedos look(const FacetsOf<F>& s, const Cover& cover, AlbedoOf<F> e,
+               AlbedoOf<F> average) noexcept {
+    // F at the mean weight of Schlick's curve over the facets, e5 / e, in place of its mean.
+    const F mean = 1 - pow(e.e5 / e.e, F(0.2F));
+    const Faces single = faces(cover, select(s.is_smooth, s.wo.z, mean));
+    const F taken = select(s.is_smooth, F(1), e.e);
+    const F lost = select(s.is_smooth, F(0), 1 - e.e);
+    const Color spread = color * (weight * (1 - cover.multiple));
+    multiple = spread * (lost * kInvPi / max(1 - average.e, F(1e-4F)));
+    return {{single.reflected * taken, single.transmitted * taken}, spread * lost};
+  }
+
+  /// Returns the weight with which transmission is sampled.
+  F prob(const Albedos& albedos) const noexcept {
+    return max(luminance(albedos.single.transmitted), 0.01F * weight * luminance(color));
   }
 
   /// Adds transmission (wi.z < 0), or to reflection, whose density SpecularLobe adds, that of the
   /// far face.
-  void add(const Facets& s, const Interface& interface, float prob, Vec3 wi,
-           BsdfEval& out) const noexcept {
-    if (s.is_smooth) {
+  template <typename Cover, typename Eval>
+  void add(const FacetsOf<F>& s, const Cover& cover, F prob, V wi, Eval& out) const noexcept {
+    if (all(s.is_smooth)) {
       return;
     }
-    const Vec3 reflected = {wi.x, wi.y, std::fabs(wi.z)};
-    const Vec3 h = s.half(reflected);
+    const V reflected = {wi.x, wi.y, abs(wi.z)};
+    const V h = s.half(reflected);
     const auto reflection = s.reflection(prob, reflected, h);
-    const Faces f = faces(interface, dot(s.wo, h));
-    out.value_cos += (wi.z > 0 ? f.reflected : f.transmitted) * reflection.value_cos;
-    if (wi.z < 0) {
-      out.pdf_solid_angle += reflection.pdf_solid_angle;
-    }
+    const Faces f = faces(cover, dot(s.wo, h));
+    out.value_cos =
+        out.value_cos + select(wi.z > 0, f.reflected, f.transmitted) * reflection.value_cos;
+    out.pdf_solid_angle = out.pdf_solid_angle + select(wi.z < 0, reflection.pdf_solid_angle, F(0));
   }
-  bool sample(const Facets& s, const Interface& interface, LobeShare share, Vec2 u,
-              BsdfSample& out) const noexcept {
-    if (s.is_smooth) {
-      out.wi_local = -s.wo;
-      out.weight = faces(interface, s.wo.z).transmitted * (share.open / share.prob);
-      out.is_delta = true;
-      out.is_null = true;
-      return true;
-    }
-    const Vec3 reflected = s.sample_reflected(u);
-    out.wi_local = {reflected.x, reflected.y, -reflected.z};
-    return reflected.z > 0;
+  /// Samples transmission; where smooth, straight on. Above the surface if the path is absorbed.
+  static V sample(const FacetsOf<F>& s, Vec2Of<F> u) noexcept {
+    const V reflected = s.sample_reflected(u);
+    return {reflected.x, reflected.y, -reflected.z};
   }
 };
+using ThinLobe = ThinLobeOf<float>;
 
 }  // namespace core

@@ -164,26 +164,29 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   if (!material.has_alpha) {
     return 1;
   }
-  const Transform* to_world =
-      hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
-  const Triangle c = triangle_of(mesh, to_world, hit.primitive, ray.time);
-  const Vec3 b = barycentrics(c.p, c.cross_product(), ray.origin, ray.direction);
   float alpha = material.factors.base_alpha;
-  if (!mesh.colors.empty()) {
-    alpha *= blend(mesh.colors, c, b).w;
-  }
   const TextureSlot& slot = material.base_color;
-  if (slot.texture != nullptr) {
-    const TextureDescription& d = slot.description;
-    const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
-    const Vec2 p = uv.empty() ? Vec2{} : blend(uv, c, b);
-    const auto& m = d.uv_transform;
-    alpha *= slot.texture
-                 ->sample({.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
-                           .wrap_u = d.wrap_u,
-                           .wrap_v = d.wrap_v,
-                           .nearest = d.nearest})
-                 .w;
+  const bool has_texture = slot.texture != nullptr && !slot.texture->is_opaque();
+  if (has_texture || !mesh.colors.empty()) {
+    const Transform* to_world =
+        hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;
+    const Triangle c = triangle_of(mesh, to_world, hit.primitive, ray.time);
+    const Vec3 b = barycentrics(c.p, c.cross_product(), ray.origin, ray.direction);
+    if (!mesh.colors.empty()) {
+      alpha *= blend(mesh.colors, c, b).w;
+    }
+    if (has_texture) {
+      const TextureDescription& d = slot.description;
+      const auto& uv = mesh.uv[static_cast<std::size_t>(d.uv_set)];
+      const Vec2 p = uv.empty() ? Vec2{} : blend(uv, c, b);
+      const auto& m = d.uv_transform;
+      alpha *= slot.texture
+                   ->sample({.uv = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]},
+                             .wrap_u = d.wrap_u,
+                             .wrap_v = d.wrap_v,
+                             .nearest = d.nearest})
+                   .w;
+    }
   }
   if (material.factors.alpha_mode == AlphaMode::kMask) {
     return alpha >= material.factors.alpha_cutoff * kAlphaRounding ? 1.0F : 0.0F;

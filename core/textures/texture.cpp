@@ -232,8 +232,12 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
     base.rgba8.resize(image.value_count() / static_cast<std::size_t>(image.channels));
     const auto packs = {&pack<1>, &pack<2>, &pack<3>, &pack<4>};
     packs.begin()[image.channels - 1](image.bytes.data(), base.rgba8);
+    texture->is_opaque_ = std::all_of(base.rgba8.begin(), base.rgba8.end(),
+                                      [](std::uint32_t c) { return c >> 24 == 255; });
   } else {
     base.floats = linear_texels(image, srgb);
+    texture->is_opaque_ =
+        std::all_of(base.floats.begin(), base.floats.end(), [](const Vec4& c) { return c.w == 1; });
   }
   texture->levels_.push_back(std::move(base));
   const bool is_srgb = texture->srgb_;

@@ -82,6 +82,8 @@ class Texture {
     const Vec4& c = level.floats[at];
     return c.x == 0 && c.y == 0 && c.z == 0;
   }
+  /// Returns whether alpha is 1 everywhere.
+  bool is_opaque() const noexcept { return is_opaque_; }
   /// Returns the alpha of a texel of the finest level.
   float alpha(int x, int y) const noexcept { return texel(levels_[0], x, y).w; }
   /// Returns the mean over level 0.
@@ -103,6 +105,7 @@ class Texture {
 
   std::vector<Level> levels_;
   bool srgb_ = false;
+  bool is_opaque_ = false;
   Vec4 mean_;
 };
 

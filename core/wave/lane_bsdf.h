@@ -1,5 +1,5 @@
-/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with solid glass, clearcoat and
-/// sheen.
+/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with solid glass, thin walls,
+/// diffuse transmission, clearcoat and sheen.
 ///
 /// Its lobes are those of core/bsdf/bsdf.h, with the same order and use of random numbers. Each
 /// lane is either Lambert or not; if all are Lambert, nothing else is computed.
@@ -11,6 +11,7 @@
 #include "core/bsdf/glass_lobe.h"
 #include "core/bsdf/interface.h"
 #include "core/bsdf/specular_lobe.h"
+#include "core/bsdf/thin_lobe.h"
 #include "core/bsdf/top_layers.h"
 #include "core/sampling/warp.h"
 
@@ -51,14 +52,26 @@ struct SolidLanes {
   Mask<N> inside;
 };
 
+/// The members of BsdfParameters and BsdfLayers of surfaces that transmit without a solid; 0
+/// elsewhere.
+template <std::size_t N>
+struct WallLanes {
+  Floats<N> transmission;
+  Floats<N> diffuse;  ///< diffuse_transmission
+  Vec3s<N> diffuse_color;
+
+  Mask<N> exist() const { return (transmission > 0) | (diffuse > 0); }
+};
+
 template <std::size_t N>
 class BsdfLanes {
  public:
   using F = Floats<N>;
-  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers, solids: null
-  /// if no lane has any.
+  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers, solids,
+  /// walls: null if no lane has any.
   BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng,
-            const LayerLanes<N>* layers = nullptr, const SolidLanes<N>* solids = nullptr)
+            const LayerLanes<N>* layers = nullptr, const SolidLanes<N>* solids = nullptr,
+            const WallLanes<N>* walls = nullptr)
       : ng_(ng),
         is_flat_(is_flat(ng.z)),
         is_lambert_((s.f90 == F(0)) & (s.metallic == F(0)) & ~is_not_black(s.f0)),
@@ -69,12 +82,15 @@ class BsdfLanes {
     if (solids != nullptr) {
       is_lambert_ = is_lambert_ & ~(solids->transmission > 0);
     }
+    if (walls != nullptr) {
+      is_lambert_ = is_lambert_ & ~walls->exist();
+    }
     is_lambert_all_ = is_lambert_.all();
     is_flat_all_ = is_flat_.all();
     albedo_ = base_color_;
     has_spread_ = is_not_black(base_color_);
     if (!is_lambert_all_) {
-      set_lobes(s, wo, layers, solids);
+      set_lobes(s, wo, layers, solids, walls);
     }
   }
 
@@ -87,6 +103,7 @@ class BsdfLanes {
     Vec3s<N> weight;  ///< black: no direction was sampled
     F pdf_solid_angle;
     Mask<N> is_delta;
+    Mask<N> is_null;  ///< as in BsdfSample; of valid lanes
   };
 
   Eval evaluate(Vec3s<N> wi) const {
@@ -107,6 +124,7 @@ class BsdfLanes {
     Sample s;
     s.wi = cosine_hemisphere(u);
     s.is_delta = Mask<N>::of(0);
+    s.is_null = s.is_delta;
     Mask<N> valid = s.wi.z > 0;
     Mask<N> specular = s.is_delta;
     std::optional<GlassSample> glass;
@@ -118,7 +136,7 @@ class BsdfLanes {
       if (specular.any()) {
         F left = u_lobe - prob_diffuse_;
         Mask<N> below = s.is_delta;
-        if (glass_) {
+        if (has_below_) {
           below = specular & (left < prob_below_);
           left = left - prob_below_;
           specular = specular & ~below;
@@ -134,11 +152,21 @@ class BsdfLanes {
         const Vec3s<N> diffuse = s.wi;
         s.wi = select(specular, facets_.sample_reflected(u), s.wi);
         valid = (s.wi.z > 0) & (~specular | (left < prob_specular_));
+        if (wall_) {
+          const Mask<N> thin =
+              specular & ~(left < prob_specular_) & (left - prob_specular_ < prob_thin_);
+          s.is_null = thin & facets_.is_smooth;
+          s.wi.z = select(thin, -s.wi.z, s.wi.z);
+          valid = valid | (thin & (s.wi.z < 0));
+        }
+        if (has_below_) {
+          s.wi = select(below, -diffuse, s.wi);
+          valid = (below & (s.wi.z < 0)) | (~below & valid);
+        }
         if (glass_) {
           glass.emplace(sample_glass(specular & ~(left < prob_specular_), left, u));
-          s.wi = select(glass->on, glass->of_lobe.wi, select(below, -diffuse, s.wi));
-          valid = (glass->on & glass->of_lobe.is_valid) | (below & (s.wi.z < 0)) |
-                  (~glass->on & ~below & valid);
+          s.wi = select(glass->on, glass->of_lobe.wi, s.wi);
+          valid = (glass->on & glass->of_lobe.is_valid) | (~glass->on & valid);
         }
       }
     }
@@ -157,6 +185,9 @@ class BsdfLanes {
       if (glass) {
         s.weight = select(s.is_delta & glass->on, glass->of_lobe.weight, s.weight);
       }
+      if (wall_) {
+        s.weight = select(s.is_delta & specular & is_wall_, wall_delta_weight(s.is_null), s.weight);
+      }
     }
     s.weight = select(valid, s.weight, black());
     return s;
@@ -167,11 +198,21 @@ class BsdfLanes {
   bool has_one_lobe() const { return is_lambert_all_; }
   Vec3s<N> albedo() const { return albedo_; }
   Mask<N> transmits() const {
-    return glass_ ? (prob_glass_ > 0) | (prob_below_ > 0) : Mask<N>::of(0);
+    Mask<N> out = has_below_ ? prob_below_ > 0 : Mask<N>::of(0);
+    if (glass_) {
+      out = out | (prob_glass_ > 0);
+    }
+    if (wall_) {
+      out = out | (prob_thin_ > 0);
+    }
+    return out;
   }
+  /// Returns where light may pass without deflection.
+  Mask<N> is_clear() const { return wall_ ? facets_.is_smooth & (prob_thin_ > 0) : Mask<N>::of(0); }
 
  private:
   using Glass = GlassLobeOf<F, NoFilm>;
+  using Wall = ThinLobeOf<F>;
   static Vec3s<N> black() { return Vec3s<N>(F(0)); }
 
   /// Returns the weight of the specular lobe where it is smooth, and of a smooth coat elsewhere.
@@ -182,6 +223,14 @@ class BsdfLanes {
     }
     return select(specular, fresnel * (top_->open / prob_specular_),
                   Vec3s<N>(top_->mirrored() / prob_coat_));
+  }
+
+  /// As delta_weight(), of smooth walls. straight: lanes that pass.
+  [[gnu::noinline]] Vec3s<N> wall_delta_weight(Mask<N> straight) const {
+    const auto faces = wall_->faces(interface_, facets_.wo.z);
+    const F open = top_ ? top_->open : F(1);
+    return select(straight, faces.transmitted * (open / prob_thin_),
+                  (specular_.fresnel(facets_.wo.z) + faces.reflected) * (open / prob_specular_));
   }
 
   struct TopSample {
@@ -199,8 +248,13 @@ class BsdfLanes {
     const Mask<N> rough_coat = beyond & ~sheen & (left < rough);
     left = left - rough;
     const Mask<N> rest = beyond & ~sheen & ~rough_coat;
-    const Mask<N> smooth_coat =
-        rest & ~(left < prob_specular_) & (left - prob_specular_ < prob_coat_ - rough);
+    F after = left - prob_specular_;
+    Mask<N> before = left < prob_specular_;
+    if (wall_) {
+      before = before | (after < prob_thin_);
+      after = after - prob_thin_;
+    }
+    const Mask<N> smooth_coat = rest & ~before & (after < prob_coat_ - rough);
     wi = select(sheen, SheenLobeOf<F>::sample(u), wi);
     wi = select(rough_coat | smooth_coat, top_->coat.sample(u), wi);
     return {wi, smooth_coat, rest & ~smooth_coat, left};
@@ -225,7 +279,7 @@ class BsdfLanes {
 
   /// As Bsdf's constructor.
   void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const LayerLanes<N>* layers,
-                 const SolidLanes<N>* solids) {
+                 const SolidLanes<N>* solids, const WallLanes<N>* walls) {
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
     F cover = dielectric;
@@ -234,15 +288,21 @@ class BsdfLanes {
       cover = dielectric - dielectric * solids->transmission;
       lambert = dielectric * (1 - solids->transmission);
     }
+    if (walls != nullptr) {
+      lambert = lambert * (1 - walls->transmission);
+    }
     facets_ = {wo, {s.alpha, s.alpha}, s.roughness, s.alpha < kSmoothAlpha};
     const AlbedoOf<F> e = specular_albedo(wo.z, s.roughness);
     const AlbedoOf<F> average = specular_albedo_average(s.roughness);
     const Mask<N> has_interface = (cover > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
-    interface_ = {select(has_interface, max_component(s.f0), F(0)),
-                  select(has_interface, s.f90, F(0)), average};
+    interface_ = {select(has_interface, s.f0, black()), select(has_interface, s.f90, F(0)),
+                  average};
     interface_.set_coupling(interface_.albedo(e), interface_.albedo(average));
     specular_ = {s, metal, cover, facets_, e, average};
     diffuse_ = s.base_color * lambert;
+    if (walls != nullptr) {
+      diffuse_ = diffuse_ * (1 - walls->diffuse);
+    }
 
     const Vec3s<N> specular = specular_.albedo(facets_, e);
     const Vec3s<N> multiple = specular_.multiple_albedo(facets_, e);
@@ -250,26 +310,44 @@ class BsdfLanes {
     prob_diffuse_ = luminance(substrate) + luminance(multiple);
     prob_specular_ = luminance(specular);
     albedo_ = select(is_lambert_, albedo_, substrate + multiple + specular);
+    has_below_ = solids != nullptr || walls != nullptr;
+    if (has_below_) {
+      prob_below_ = F(0);
+    }
     if (solids != nullptr) {
       add_solid(s, *solids, dielectric, (metal > 0) | has_interface);
+    }
+    if (walls != nullptr) {
+      add_wall(s, *walls, {dielectric, lambert}, e, average);
     }
     F sum = prob_diffuse_ + prob_specular_;
     if (layers != nullptr) {
       add_top(*layers);
       sum = prob_diffuse_ + prob_specular_ + prob_coat_ + prob_sheen_;
     }
+    if (has_below_) {
+      sum = sum + prob_below_;
+    }
     if (glass_) {
-      sum = sum + prob_glass_ + prob_below_;
+      sum = sum + prob_glass_;
+    }
+    if (wall_) {
+      sum = sum + prob_thin_;
     }
     const F scale = select(sum > 0, sum, F(1));
     prob_diffuse_ = prob_diffuse_ / scale;
     prob_specular_ = prob_specular_ / scale;
     Mask<N> spread = (prob_diffuse_ > 0) | (~facets_.is_smooth & (sum > 0));
+    if (has_below_) {
+      prob_below_ = prob_below_ / scale;
+      spread = spread | (prob_below_ > 0);
+    }
     if (glass_) {
       prob_glass_ = prob_glass_ / scale;
-      prob_below_ = prob_below_ / scale;
       is_even_ = is_even_ & (prob_glass_ > 0) & ~is_not_black(diffuse_);
-      spread = spread | (prob_below_ > 0);
+    }
+    if (wall_) {
+      prob_thin_ = prob_thin_ / scale;
     }
     if (top_) {
       prob_coat_ = prob_coat_ / scale;
@@ -297,6 +375,26 @@ class BsdfLanes {
     albedo_ = albedo_ + s.base_color * select(is_solid_, weight, F(0));
   }
 
+  struct Weights {
+    F dielectric, lambert;
+  };
+  /// Adds a thin wall and diffuse transmission. Changes nothing where there are none.
+  [[gnu::noinline]] void add_wall(const SurfaceLanes<N>& s, const WallLanes<N>& walls,
+                                  Weights weights, AlbedoOf<F> e, AlbedoOf<F> average) {
+    is_wall_ = walls.exist();
+    const F weight = weights.dielectric * walls.transmission;
+    Wall& wall = wall_.emplace(Wall{s.base_color, weight, black()});
+    const auto seen = wall.look(facets_, interface_, e, average);
+    below_ = walls.diffuse_color * (weights.lambert * walls.diffuse);
+    interface_.open_wo = select(facets_.is_smooth & (walls.transmission > 0),
+                                1 - interface_.fresnel(facets_.wo.z), interface_.open_wo);
+    const Vec3s<N> under = below_ * interface_.open_wo;
+    prob_specular_ = prob_specular_ + luminance(seen.single.reflected);
+    prob_thin_ = wall.prob(seen);
+    prob_below_ = prob_below_ + luminance(under) + luminance(seen.multiple);
+    albedo_ = albedo_ + seen.single.reflected + seen.single.transmitted + seen.multiple + under;
+  }
+
   /// As Bsdf::add_top(). Changes nothing where there are no layers.
   [[gnu::noinline]] void add_top(const LayerLanes<N>& layers) {
     top_.emplace(layers, facets_.wo);
@@ -304,9 +402,14 @@ class BsdfLanes {
     prob_specular_ = prob_specular_ * top_->open;
     prob_coat_ = top_->coat_albedo;
     prob_sheen_ = luminance(top_->sheen.albedo());
+    if (has_below_) {
+      prob_below_ = prob_below_ * top_->open;
+    }
     if (glass_) {
       prob_glass_ = prob_glass_ * top_->open;
-      prob_below_ = prob_below_ * top_->open;
+    }
+    if (wall_) {
+      prob_thin_ = prob_thin_ * top_->open;
     }
     albedo_ = albedo_ * top_->open + Vec3s<N>(top_->coat_albedo) + top_->sheen.albedo();
     has_top_ = layers.exist();
@@ -325,14 +428,17 @@ class BsdfLanes {
       if (glass_) {
         seen = seen | (is_solid_ & (wi.z < 0));
       }
+      if (wall_) {
+        seen = seen | (is_wall_ & (wi.z < 0));
+      }
     }
     return {select(seen, out.value_cos, black()), select(seen, out.pdf_solid_angle, F(0))};
   }
 
   Eval evaluate_layered(Vec3s<N> wi, F cos_pi) const {
-    const AlbedoOf<F> e = specular_albedo(wi.z, facets_.roughness);
-    const Vec3s<N> f =
-        diffuse_ * (interface_.coupling(interface_.albedo(e)) * kInvPi) + specular_.multiple(e);
+    const AlbedoOf<F> e = specular_albedo(abs(wi.z), facets_.roughness);
+    const F under = interface_.coupling(interface_.albedo(e)) * kInvPi;
+    const Vec3s<N> f = diffuse_ * under + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);
     const auto reflection = facets_.reflection(prob_specular_, wi, h);
     Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
@@ -340,6 +446,10 @@ class BsdfLanes {
     Eval out = {diffuse + glossy, prob_diffuse_ * cos_pi + reflection.pdf_solid_angle};
     if (glass_) {
       add_glass(wi, diffuse, glossy, out);
+    }
+    if (wall_) {
+      const Vec3s<N> below = below_ * under + wall_->multiple * (1 - e.e);
+      add_wall_to(wi, below * abs(wi.z), diffuse, glossy, out);
     }
     if (top_) {
       const Vec3s<N> bare = out.value_cos;
@@ -369,6 +479,20 @@ class BsdfLanes {
     out.pdf_solid_angle = select(is_solid_, lobe.pdf_solid_angle, out.pdf_solid_angle);
   }
 
+  /// As add_glass(), of walls. below: value of diffuse transmission.
+  [[gnu::noinline]] void add_wall_to(Vec3s<N> wi, Vec3s<N> below, Vec3s<N>& diffuse,
+                                     Vec3s<N>& glossy, Eval& out) const {
+    const Mask<N> above = wi.z > 0;
+    const F pdf = select(above, out.pdf_solid_angle, prob_below_ * (abs(wi.z) * kInvPi));
+    Eval lobe = {select(above, glossy, black()), pdf};
+    wall_->add(facets_, interface_, prob_thin_, wi, lobe);
+    below = select(prob_below_ > 0, below, black());
+    diffuse = select(is_wall_, select(above, diffuse, below), diffuse);
+    glossy = select(is_wall_, lobe.value_cos, glossy);
+    out.value_cos = select(is_wall_, diffuse + glossy, out.value_cos);
+    out.pdf_solid_angle = select(is_wall_, lobe.pdf_solid_angle, out.pdf_solid_angle);
+  }
+
   Vec3s<N> ng_;
   Mask<N> is_flat_;
   Mask<N> is_lambert_;
@@ -387,7 +511,15 @@ class BsdfLanes {
   std::optional<Glass> glass_;
   Mask<N> is_solid_;
   Mask<N> is_even_;  ///< as DiffuseLobe::is_even
-  F prob_glass_, prob_below_;
+  F prob_glass_;
+  // For lanes with walls.
+  std::optional<Wall> wall_;
+  Mask<N> is_wall_;
+  Vec3s<N> below_;  ///< weighted colour of diffuse transmission
+  F prob_thin_;
+  // For lanes with either.
+  bool has_below_ = false;  ///< diffuse light may leave below
+  F prob_below_;
   // For lanes with layers.
   std::optional<TopLayersOf<F>> top_;
   Mask<N> has_top_;

@@ -16,6 +16,7 @@ struct LaneTracer<N, Options>::FogVertex {
   Floats<N> cone_width_m;
   Floats<N> cone_spread_rad;
   Ints<N> medium_scatterings;
+  Ints<N> null_scatterings;
   Numbers numbers;
 };
 
@@ -68,6 +69,7 @@ auto LaneTracer<N, Options>::pass_fog(Wave& wave, std::size_t first, unsigned& m
           select(is_met, hits.cone_width_m, segments.cone_width_m),
           segments.cone_spread_rad,
           load<N>(paths.medium_scatterings.at + first),
+          null_scatterings(paths.null_scatterings, first),
           numbers};
 }
 
@@ -114,7 +116,7 @@ void LaneTracer<N, Options>::scatter_in_fog(Wave& wave, const FogVertex& at, int
     add_shadows(
         wave,
         {at.point, light, at.beta * light.radiance * (phase * weight / light.pdf_solid_angle),
-         at.cone_width_m, Ints<N>(0), at.numbers.slot},
+         at.cone_width_m, Ints<N>(0), at.numbers.slot, Ints<N>(0), at.null_scatterings},
         lit.bits());
   }
   const Vec4s<N> u = draw(wave, at.numbers, on.bits(), dimension_group(depth, BounceGroup::kBsdf));
@@ -141,7 +143,9 @@ void LaneTracer<N, Options>::scatter_in_fog(Wave& wave, const FogVertex& at, int
          .base = base[k],
          .index_reversed = at.numbers.index_reversed.v[k],
          .slot = at.numbers.slot.v[k],
-         .medium_scatterings = at.medium_scatterings.v[k] + 1});
+         .medium_scatterings = at.medium_scatterings.v[k] + 1,
+         .null_scatterings = at.null_scatterings.v[k]},
+        scene_.has_clear);
   }
 }
 

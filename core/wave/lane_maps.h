@@ -34,7 +34,9 @@ inline const TextureSlot* first_mapped(const Material& m) {
 inline bool is_mapped(const Material& m) {
   const TextureSlot* first = first_mapped(m);
   if (first == nullptr || first->description.nearest || m.specular.texture != nullptr ||
-      m.specular_color.texture != nullptr || m.transmission.texture != nullptr) {
+      m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
+      m.diffuse_transmission.texture != nullptr ||
+      m.diffuse_transmission_color.texture != nullptr) {
     return false;
   }
   for (const TextureSlot* slot : mapped_slots(m)) {

@@ -77,7 +77,10 @@ template <bool kCatches>
 void LaneTracer<N, Options>::add_light_samples(Wave& wave, const Vertex& at,
                                                const BsdfLanes<N>& bsdf, const Numbers& numbers,
                                                int depth, const Vec4s<N>& u) const {
-  const Mask<N> asked = at.on & bsdf.has_spread();
+  Mask<N> asked = at.on & bsdf.has_spread();
+  if (!kCatches && at.met.wall != 0) {
+    asked = asked & at.may_scatter;
+  }
   if (scalar_.lights().empty() || !asked.any()) {
     return;
   }
@@ -103,7 +106,7 @@ void LaneTracer<N, Options>::add_light_samples(Wave& wave, const Vertex& at,
   }
   add_shadows(wave,
               {origin, light, sampled.value * (sampled.scale * share), at.met.cone_width_m,
-               at.is_sharp, slot, medium_beyond(at, ~above)},
+               at.is_sharp, slot, medium_beyond(at, ~above), at.null_scatterings},
               taken);
 }
 
@@ -126,6 +129,7 @@ template <std::size_t N, typename Options>
   compress(to.slot.at + to.count, of.slot, taken);
   if constexpr (kHasLedger) {
     compress(to.light.at + to.count, light.light, taken);
+    compress(to.null_scatterings.at + to.count, of.null_scatterings, taken);
   }
   to.count += static_cast<std::size_t>(std::popcount(taken));
 }
@@ -135,7 +139,8 @@ template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& rays) const {
   WaveShadows& shadows = wave.shadows;
   const auto add = [&](std::size_t i, Vec3 value) {
-    credit(wave, slot_of(shadows.slot.at[i]), value, depth + 1,
+    const int scatterings = bounces(shadows.null_scatterings, i, depth) + 1;
+    credit(wave, slot_of(shadows.slot.at[i]), value, scatterings,
            [&] { return scene_.group_of_light(static_cast<std::uint32_t>(shadows.light.at[i])); });
   };
   const auto is_blocked = [&](std::size_t i) { return (shadows.slot.at[i] & kIsBlocked) != 0; };

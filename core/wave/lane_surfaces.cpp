@@ -17,22 +17,11 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
           normal.description.uv_set != mesh.tangent_uv_set);
 }
 
-/// is_solid: the material is on the boundary of a solid; else light that it transmits passes a thin
-/// wall.
+/// is_solid: the material is on the boundary of a solid.
 bool is_unsupported(const Material& m, bool is_solid) {
-  return m.factors.iridescence > 0 || (m.transmits && !is_solid) || m.is_clear || m.factors.unlit ||
-         m.factors.anisotropy > 0 || m.factors.diffuse_transmission > 0;
-}
-
-bool is_opaque(const Texture& texture) {
-  for (int y = 0; y < texture.height(); ++y) {
-    for (int x = 0; x < texture.width(); ++x) {
-      if (texture.alpha(x, y) != 1) {
-        return false;
-      }
-    }
-  }
-  return true;
+  const bool is_for_walls = m.is_clear || m.factors.diffuse_transmission > 0;
+  return m.factors.iridescence > 0 || m.factors.unlit || m.factors.anisotropy > 0 ||
+         (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
 }
 
 /// Returns SceneData::coverage() if it is known to be the same everywhere, else -1. varies: a
@@ -60,6 +49,18 @@ void set_solid(LaneHits<N>& out, std::size_t k, const BsdfParameters& b) {
   out.solid |= 1U << k;
   out.solids.transmission.v[k] = b.transmission;
   out.solids.specular_color.set(k, {b.specular_color.r, b.specular_color.g, b.specular_color.b});
+}
+
+/// Adds a lane on a thin wall, or with diffuse transmission.
+template <std::size_t N>
+void set_wall(LaneHits<N>& out, std::size_t k, float transmission, float diffuse, Rgb color) {
+  if (out.wall == 0) {
+    out.walls = {Floats<N>(0), Floats<N>(0), Vec3s<N>(Vec3{})};
+  }
+  out.wall |= 1U << k;
+  out.walls.transmission.v[k] = transmission;
+  out.walls.diffuse.v[k] = clamp01(diffuse);
+  out.walls.diffuse_color.set(k, {clamp01(color.r), clamp01(color.g), clamp01(color.b)});
 }
 
 /// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
@@ -161,9 +162,10 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const bool is_solid = placed.solid != kNoSolid;
     const bool is_supported =
         !is_unsupported(m, is_solid) &&
-
         (!is_solid || (has_solids && lanes_support(scene, scene.solids[placed.solid])));
     has_solids_ = has_solids_ || (is_solid && is_supported);
+    const bool is_wall = m.transmits && !m.is_volume && is_supported;
+    has_walls_ = has_walls_ || is_wall;
     const Kind kind = !is_supported ? Kind::kUnsupported
                       : is_plain    ? Kind::kPlain
                       : maps        ? Kind::kMapped
@@ -177,7 +179,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
          maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
          mesh.later.empty() ? nullptr : &mesh,
          same_coverage(m, has_alpha_map[mesh.material] || !mesh.colors.empty()), m.is_clear,
-         m.factors.double_sided, shines_alone(m), has_layers, placed.solid});
+         m.factors.double_sided, shines_alone(m), has_layers, is_wall, placed.solid});
   }
 }
 
@@ -222,6 +224,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     if (has_solids_) {
       front = (triangles.side > Floats<N>(0)).bits();
       load_solids(hits, plain | mapped, out);
+    }
+    if (has_walls_) {
+      load_walls(hits, plain | mapped, out);
     }
     if (mapped != 0) {
       MapRows<N> maps;
@@ -343,6 +348,21 @@ template <std::size_t N>
       const Material& m =
           scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
       set_solid(out, k, m.plain);
+    }
+  }
+}
+
+/// Loads the factors of walls in the lanes of `on`.
+template <std::size_t N>
+[[gnu::noinline]] void LaneSurfaces::load_walls(const RawHit (&hits)[N], unsigned on,
+                                                LaneHits<N>& out) const {
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    if (entry_of(hits[k]).is_wall) {
+      const Material& m =
+          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
+      set_wall(out, k, m.plain.transmission, m.factors.diffuse_transmission,
+               m.factors.diffuse_transmission_color);
     }
   }
 }
@@ -536,6 +556,11 @@ bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   out.cone_width_m.v[k] = cone;
   if (entry_of(hit).solid != kNoSolid) {
     set_solid(out, k, b);
+  }
+  if (entry_of(hit).is_wall) {
+    const bool is_diffuse = material.factors.diffuse_transmission > 0;
+    set_wall(out, k, b.transmission, is_diffuse ? shading.layers.diffuse_transmission : 0.0F,
+             shading.layers.diffuse_transmission_color);
   }
   return shading.front;
 }

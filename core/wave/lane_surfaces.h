@@ -40,7 +40,9 @@ struct LaneHits {
   LayerLanes<N> layers;      ///< valid if any is layered; in the frame of the surface's normal
   unsigned solid = 0;        ///< those on the boundary of a solid; valid if not 0:
   SolidLanes<N> solids;
-  Ints<N> beyond;  ///< the medium on the other side
+  Ints<N> beyond;     ///< the medium on the other side
+  unsigned wall = 0;  ///< those that transmit without a solid; valid if not 0:
+  WallLanes<N> walls;
 };
 
 /// Returns eta_scale of a path that came into the solid by refraction.
@@ -101,6 +103,7 @@ class LaneSurfaces {
     bool is_double_sided;
     bool shines_alone;    ///< emission is evaluated lane by lane
     bool has_layers;      ///< clearcoat or sheen
+    bool is_wall;         ///< transmits without a solid
     std::uint32_t solid;  ///< PlacedMesh::solid
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
@@ -130,6 +133,8 @@ class LaneSurfaces {
   template <std::size_t N>
   void load_solids(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
+  void load_walls(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
+  template <std::size_t N>
   void cross_solids(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned front,
                     LaneHits<N>& out) const;
   template <std::size_t N>
@@ -142,6 +147,7 @@ class LaneSurfaces {
   std::vector<Entry> placed_;   ///< as SceneData::placed
   bool has_layers_ = false;     ///< some surface has clearcoat or sheen
   bool has_solids_ = false;     ///< lanes support some solid
+  bool has_walls_ = false;      ///< some surface transmits without a solid
 };
 
 }  // namespace core

@@ -77,7 +77,7 @@ class LaneTracer final : public WaveTracer {
   void begin(Wave& wave, const WaveStart& start, std::span<const DueSample> due) const override;
   void trace(Wave& wave, std::uint64_t& rays, std::uint64_t& rejected) const noexcept override {
     for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
-      ScalarPaths<Options>::take_back(wave, depth);
+      scalar_paths_.take_back(wave, depth);
       find_hits(wave, depth, rays);
       const std::size_t end = wave.paths.first + wave.paths.count;
       wave.paths.count = 0;
@@ -97,6 +97,12 @@ class LaneTracer final : public WaveTracer {
 
  private:
   using Colors = std::conditional_t<Options::is_spectral, SpectrumLanes<N>, RgbLanes<N>>;
+  /// As LastScattering.
+  struct Last {
+    Floats<N> pdf_bsdf;
+    Vec3s<N> origin;
+    Vec3s<N> normal;
+  };
   /// The surface vertices of one chunk of lanes.
   struct Vertex {
     LaneHits<N> met;
@@ -107,7 +113,10 @@ class LaneTracer final : public WaveTracer {
     Floats<N> cone_spread_rad;
     Ints<N> is_sharp;
     Ints<N> medium_scatterings;
+    Ints<N> null_scatterings;
     Ints<N> medium;
+    Last last;                     ///< valid if there are walls
+    Mask<N> may_scatter;           ///< the others pass walls only; valid if there are walls
     const Vec3s<N>* light_normal;  ///< as of LastScattering
     Vec3s<N> normal_or_none;       ///< zero where light comes from both sides
     Colors colors;
@@ -169,12 +178,13 @@ class LaneTracer final : public WaveTracer {
     const Mask<N> faint = survive < Floats<N>(1);
     return {select(faint, beta * (Floats<N>(1) / survive), beta), ~(faint & (u >= survive))};
   }
-  [[gnu::always_inline]] static void add_paths(WavePaths& paths, const PathLanes<N>& next,
-                                               unsigned taken) {
+  [[gnu::always_inline]] void add_paths(WavePaths& paths, const PathLanes<N>& next,
+                                        unsigned taken) const {
     const std::size_t to = paths.count;
-    for_each_member<Options::has_media>([&](auto member) __attribute__((always_inline)) {
-      compress(member(paths), to, member(next), taken);
-    });
+    for_each_member<Options::has_media>(
+        scene_.has_clear, [&](auto member) __attribute__((always_inline)) {
+          compress(member(paths), to, member(next), taken);
+        });
     paths.count += static_cast<std::size_t>(std::popcount(taken));
   }
   /// Light samples from `origin`, for WaveShadows.
@@ -185,7 +195,8 @@ class LaneTracer final : public WaveTracer {
     Floats<N> cone_width_m;
     Ints<N> is_sharp;
     Ints<N> slot;
-    Ints<N> medium = 0;
+    Ints<N> medium;
+    Ints<N> null_scatterings;
   };
   [[gnu::always_inline]] void add_shadows(Wave& wave, const Shadows& of, unsigned taken) const;
   template <typename Group>
@@ -227,15 +238,25 @@ class LaneTracer final : public WaveTracer {
     }
     return false;
   }
+  /// Of N paths from `first` on.
+  Ints<N> null_scatterings(const WaveArray<std::int32_t>& of, std::size_t first) const {
+    return scene_.has_clear ? load<N>(of.at + first) : Ints<N>(0);
+  }
+  /// PathState::bounces() of path i, if shares of the light are recorded.
+  int bounces(const WaveArray<std::int32_t>& of, std::size_t i, int depth) const {
+    return kHasLedger && scene_.has_clear ? depth - of.at[i] : depth;
+  }
   /// The lanes of `on` that may scatter at surfaces.
   unsigned below_max_depth(const WavePaths& paths, std::size_t first, unsigned on,
                            int depth) const {
+    Ints<N> scatterings(depth);
     if constexpr (Options::has_media) {
-      return on &
-             (Ints<N>(depth) - load<N>(paths.medium_scatterings.at + first) < Ints<N>(max_depth_))
-                 .bits();
+      scatterings = scatterings - load<N>(paths.medium_scatterings.at + first);
+    } else if (!scene_.has_clear) {
+      return depth < max_depth_ ? on : 0;
     }
-    return depth < max_depth_ ? on : 0;
+    scatterings = scatterings - null_scatterings(paths.null_scatterings, first);
+    return on & (scatterings < Ints<N>(max_depth_)).bits();
   }
   template <bool kCatches = false>
   [[gnu::flatten]] void extend(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,

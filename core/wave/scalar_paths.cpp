@@ -18,7 +18,7 @@ bool is_for_lanes(const SceneData& scene, const TracedPath& path, bool has_solid
   return path.media.size() <= 1 &&
          (within == nullptr || (has_solids && lanes_support(scene, *within))) &&
          std::fabs(path.eta_scale - scale) <= kRounding * scale && path.wavelength_nm == 0 &&
-         path.null_scatterings == 0 && (path.medium_scatterings == 0 || path.fog != nullptr);
+         (path.medium_scatterings == 0 || path.fog != nullptr);
 }
 
 /// Calls move(member of WavePath, the same one of PathState) for what both have.
@@ -34,6 +34,7 @@ void for_each_pair(Path& path, State& state, Move&& move) {
   move(path.cone_spread_rad, state.cone_spread_rad);
   move(path.is_sharp, state.is_sharp);
   move(path.medium_scatterings, state.medium_scatterings);
+  move(path.null_scatterings, state.null_scatterings);
 }
 
 template <typename T>
@@ -125,10 +126,10 @@ void ScalarPaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex&
 }
 
 template <typename Options>
-void ScalarPaths<Options>::take_back(Wave& wave, int depth) noexcept {
+void ScalarPaths<Options>::take_back(Wave& wave, int depth) const noexcept {
   std::erase_if(wave.waiting, [&](const ReturnedPath& back) {
     if (back.depth == depth) {
-      wave.paths.add<Options::has_media>(back.path);
+      wave.paths.add<Options::has_media>(back.path, scalar_.scene().has_clear);
     }
     return back.depth == depth;
   });

@@ -29,7 +29,7 @@ class ScalarPaths {
                          std::uint64_t& rays) const noexcept;
 
   /// Appends the paths that wait for this depth to wave.paths.
-  static void take_back(Wave& wave, int depth) noexcept;
+  void take_back(Wave& wave, int depth) const noexcept;
 
  private:
   bool has_solids() const noexcept { return !Options::is_spectral && scalar_.fog() == nullptr; }

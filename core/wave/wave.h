@@ -4,11 +4,11 @@
 /// directions before any of them continues; terminated paths are removed and the arrays compacted.
 /// A path uses the same random numbers as in PathTracer, and its result is a function of them
 /// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
-/// wave. At surfaces that lanes do not support (thin walls, films, nested solids) a path is handed
-/// to PathTracer, which returns it after them. On a catcher the light that the model blocks is
-/// summed beside the light that it bounces, and both are combined at the end. Source of the order
-/// of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al., Vectorized
-/// Production Path Tracing, 2017.
+/// wave. At surfaces that lanes do not support (films, brushed metal, nested solids) a path is
+/// handed to PathTracer, which returns it after them. On a catcher the light that the model blocks
+/// is summed beside the light that it bounces, and both are combined at the end. Source of the
+/// order of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al.,
+/// Vectorized Production Path Tracing, 2017.
 #pragma once
 
 #include <cstddef>
@@ -66,11 +66,12 @@ struct PathMembers {
   Of<std::uint32_t> index_reversed;
   Of<std::int32_t> slot;                ///< see slot_of()
   Of<std::int32_t> medium_scatterings;  ///< as in PathState; of jobs with media
+  Of<std::int32_t> null_scatterings;    ///< as in PathState; of scenes with clear surfaces
 };
 /// Visits the members, as functions from PathMembers of any kind to theirs. kHasMedia: of jobs that
-/// have media.
+/// have media. has_clear: of scenes with clear surfaces.
 template <bool kHasMedia, typename Visit>
-[[gnu::always_inline]] inline void for_each_member(Visit&& visit) {
+[[gnu::always_inline]] inline void for_each_member(bool has_clear, Visit&& visit) {
   visit([](auto& p) -> auto& { return p.origin; });
   visit([](auto& p) -> auto& { return p.direction; });
   visit([](auto& p) -> auto& { return p.beta; });
@@ -86,6 +87,9 @@ template <bool kHasMedia, typename Visit>
   visit([](auto& p) -> auto& { return p.slot; });
   if constexpr (kHasMedia) {
     visit([](auto& p) -> auto& { return p.medium_scatterings; });
+  }
+  if (has_clear) {
+    visit([](auto& p) -> auto& { return p.null_scatterings; });
   }
 }
 
@@ -103,15 +107,15 @@ struct WavePaths : PathMembers<Column> {
   std::size_t count = 0;
 
   template <bool kHasMedia>
-  WavePath get(std::size_t i) const noexcept {
+  WavePath get(std::size_t i, bool has_clear) const noexcept {
     WavePath out{};
-    for_each_member<kHasMedia>([&](auto member) { member(out) = member(*this).get(i); });
+    for_each_member<kHasMedia>(has_clear, [&](auto member) { member(out) = member(*this).get(i); });
     return out;
   }
   template <bool kHasMedia>
-  void add(const WavePath& path) noexcept {
+  void add(const WavePath& path, bool has_clear) noexcept {
     for_each_member<kHasMedia>(
-        [&](auto member) { member(*this).set(first + count, member(path)); });
+        has_clear, [&](auto member) { member(*this).set(first + count, member(path)); });
     ++count;
   }
 };
@@ -133,7 +137,8 @@ struct WaveShadows {
   WaveVec3 value;  ///< added to the pixel if unoccluded
   WaveFloats cone_width_m;
   WaveArray<std::int32_t> is_sharp;
-  WaveArray<std::int32_t> medium;  ///< as of paths; unset in scenes without solids
+  WaveArray<std::int32_t> medium;            ///< as of paths; unset in scenes without solids
+  WaveArray<std::int32_t> null_scatterings;  ///< as of paths; for shares of the light
   WaveArray<std::int32_t> slot;
   WaveArray<std::int32_t> light;  ///< as in LightSample; for shares of the light
   std::size_t count = 0;

@@ -54,6 +54,9 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     if constexpr (Options::has_media) {
       store(paths.medium_scatterings.at + to, Ints<N>(0));
     }
+    if (scene_.has_clear) {
+      store(paths.null_scatterings.at + to, Ints<N>(0));
+    }
     store(results.radiance, first, nothing);
     store(results.alpha.at + first, Floats<N>(1));
     store(results.hit.at + first, Ints<N>(0));
@@ -172,8 +175,8 @@ void LaneTracer<N, Options>::add_environment(Wave& wave, std::size_t first, unsi
   const Vec3s<N> radiance = found_environment(wave, first, left) * Floats<N>(share(depth));
   for (; left != 0; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
-    credit(wave, slot_of(paths, first + k), radiance.lane(k), depth,
-           [] { return kEnvironmentGroup; });
+    credit(wave, slot_of(paths, first + k), radiance.lane(k),
+           bounces(paths.null_scatterings, first + k, depth), [] { return kEnvironmentGroup; });
   }
 }
 
@@ -229,8 +232,8 @@ void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const LaneH
     const Rgb e = wave.wavelengths[slot_of(paths, i)].values({emitted.x, emitted.y, emitted.z});
     emitted = {e.r, e.g, e.b};
   }
-  credit(wave, slot_of(paths, i), paths.beta.get(i) * emitted * (weight * share(depth)), depth,
-         group);
+  credit(wave, slot_of(paths, i), paths.beta.get(i) * emitted * (weight * share(depth)),
+         bounces(paths.null_scatterings, i, depth), group);
 }
 
 /// Hands a path to the scalar tracer, which continues it from its hit, or finds it anew if null.
@@ -239,7 +242,7 @@ void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit
                                          std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
   const std::size_t slot = slot_of(paths, i);
-  TracedPath path = scalar_paths_.handed_over(paths.get<Options::has_media>(i),
+  TracedPath path = scalar_paths_.handed_over(paths.get<Options::has_media>(i, scene_.has_clear),
                                               sampler_of(wave, paths.slot.at[i]), rays);
   if (depth == 0) {
     path.ray.t_max = wave.results.t_max.at[slot];
@@ -351,8 +354,11 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
   }
   surfaces_.meet(segments, hits, met & ~alone, at.met);
   at.met.unsupported |= alone;
+  // Lanes neither remember what has only passed clear surfaces nor pass them unsplit.
+  if (depth == 0 && (backdrop_.is_through_glass() || max_depth_ == 0)) {
+    at.met.unsupported |= at.met.solid | at.met.wall;
+  }
   if (scene_.has_volumes) {
-    at.met.unsupported |= depth == 0 && backdrop_.is_through_glass() ? at.met.solid : 0;
     absorb(wave, first, met & ~at.met.unsupported, at.met.distance_m);
   }
   unsigned on = met & ~at.met.unsupported;
@@ -392,7 +398,8 @@ template <std::size_t N, typename Options>
     return;
   }
   const unsigned goes_on = below_max_depth(paths, first, on, depth);
-  if (goes_on == 0 && depth > 0) {
+  const unsigned walls = on & at.met.wall;
+  if ((goes_on | walls) == 0 && depth > 0) {
     return;
   }
   const SurfaceLanes<N>& s = at.met.surface;
@@ -404,11 +411,13 @@ template <std::size_t N, typename Options>
   if constexpr (Options::has_media) {
     at.medium_scatterings = load<N>(paths.medium_scatterings.at + first);
   }
+  at.null_scatterings = null_scatterings(paths.null_scatterings, first);
   at.frame = frame_from_normal(s.normal);
   const auto make_bsdf = [&at, &s ]() __attribute__((always_inline)) {
     return BsdfLanes<N>(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
                         at.met.layered == 0 ? nullptr : &at.met.layers,
-                        at.met.solid == 0 ? nullptr : &at.met.solids);
+                        at.met.solid == 0 ? nullptr : &at.met.solids,
+                        at.met.wall == 0 ? nullptr : &at.met.walls);
   };
   [[maybe_unused]] Vec3s<N> albedo;
   if constexpr (Options::is_spectral) {
@@ -420,10 +429,11 @@ template <std::size_t N, typename Options>
     colored.base_color = at.colors.values(colored.base_color);
     colored.f0 = at.colors.values(colored.f0);
     at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
+    at.met.walls.diffuse_color = at.colors.values(at.met.walls.diffuse_color);
   }
   const BsdfLanes<N> bsdf = make_bsdf();
   at.light_normal = &s.horizon;
-  if (at.met.solid != 0) {
+  if ((at.met.solid | at.met.wall) != 0) {
     at.normal_or_none = select(bsdf.transmits(), Vec3s<N>(Vec3{}), s.horizon);
     at.light_normal = &at.normal_or_none;
   }
@@ -440,8 +450,14 @@ template <std::size_t N, typename Options>
     if (max_depth_ == 0 || !at.on.any()) {
       return;
     }
-  } else if constexpr (Options::has_media) {
+  } else if (Options::has_media || scene_.has_clear) {
     at.on = Mask<N>::of(goes_on);
+  }
+  if (walls != 0) {
+    at.last = {load<N>(paths.pdf_bsdf.at + first), load<N>(paths.last_origin, first),
+               load<N>(paths.last_normal, first)};
+    at.may_scatter = at.on;
+    at.on = at.on | (Mask<N>::of(walls) & bsdf.is_clear());
   }
   if (depth > 0 || split_count_ == 1) {
     extend(wave, at, bsdf, numbers, depth);
@@ -471,13 +487,30 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
   Vec3s<N> beta = at.beta * sample.weight;
   const Ints<N> medium = medium_beyond(at, through);
+  Floats<N> pdf_bsdf = sample.pdf_solid_angle;
+  Ints<N> null_scatterings = at.null_scatterings;
+  Vec3s<N> kept_origin;
+  Vec3s<N> kept_normal;
+  const Vec3s<N>* last_origin = &s.origin;
+  const Vec3s<N>* last_normal = at.light_normal;
+  if (!kCatches && at.met.wall != 0) {
+    // Emitters behind clear surfaces are weighted as seen from before them.
+    alive = alive & (sample.is_null | at.may_scatter) &
+            (at.null_scatterings < Ints<N>(kNullScatteringMax + 1));
+    pdf_bsdf = select(sample.is_null, at.last.pdf_bsdf, pdf_bsdf);
+    kept_origin = select(sample.is_null, at.last.origin, s.origin);
+    kept_normal = select(sample.is_null, at.last.normal, *at.light_normal);
+    last_origin = &kept_origin;
+    last_normal = &kept_normal;
+    null_scatterings = null_scatterings + select(sample.is_null, Ints<N>(1), Ints<N>(0));
+  }
   if constexpr (!kCatches) {
     Floats<N> scale;
     if (scene_.has_volumes) {
       scale = eta_scale(alive, medium);
     }
-    const auto [kept, survives] = after_roulette(beta, sample.pdf_solid_angle, u_light.w,
-                                                 scene_.has_volumes ? &scale : nullptr);
+    const auto [kept, survives] =
+        after_roulette(beta, pdf_bsdf, u_light.w, scene_.has_volumes ? &scale : nullptr);
     beta = kept;
     alive = alive & survives;
   }
@@ -492,9 +525,9 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
           offset_ray(s.origin, select(through, -s.normal_geometric, s.normal_geometric), s.error_m),
       .direction = wi,
       .beta = beta,
-      .pdf_bsdf = sample.pdf_solid_angle,
-      .last_origin = s.origin,
-      .last_normal = *at.light_normal,
+      .pdf_bsdf = pdf_bsdf,
+      .last_origin = *last_origin,
+      .last_normal = *last_normal,
       .cone_width_m = at.met.cone_width_m,
       .cone_spread_rad =
           at.cone_spread_rad + select(spreads, kConeSpreadOfWidth * s.alpha, Floats<N>(0)),
@@ -503,7 +536,8 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
       .base = numbers.base,
       .index_reversed = numbers.index_reversed,
       .slot = numbers.slot,
-      .medium_scatterings = at.medium_scatterings};
+      .medium_scatterings = at.medium_scatterings,
+      .null_scatterings = null_scatterings};
   add_paths(paths, next, taken);
 }
 

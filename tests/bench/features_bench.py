@@ -50,6 +50,12 @@ def glass(document):
         pbr.update(metallicFactor=0, roughnessFactor=0)
 
 
+def thin_wall(document):
+    glass(document)
+    for material in document["materials"]:
+        material["extensions"].pop("KHR_materials_volume")
+
+
 def lamps(document):
     """Thirty-two point lights around the model."""
     lights = [{"type": "point", "intensity": 0.1}] * 32
@@ -88,6 +94,9 @@ FEATURES = {
     "sheen": (MAP, {}, extension("KHR_materials_sheen", sheenColorFactor=[0.5, 0.5, 0.5],
                                  sheenRoughnessFactor=0.5)),
     "glass": (MAP, {}, glass),
+    "thin wall": (MAP, {}, thin_wall),
+    "leaf": (MAP, {}, extension("KHR_materials_diffuse_transmission",
+                                diffuseTransmissionFactor=0.5)),
     "motion blur": (MAP + ["--shutter", "0.02"], {}, None),
     "fog": (MAP, {"medium": {"scattering": [1, 1, 1]}}, None),
     "spectral": (MAP + ["--spectral"], {}, None),

@@ -97,11 +97,12 @@ std::vector<LobeCase> lobes() {
     }
     cases.push_back({"Thin" + tail, brushed,
                      [](const Facets& f, float, Vec2 u, BsdfSample& s) {
-                       return core::ThinLobe{}.sample(f, {}, {}, u, s);
+                       s.wi_local = core::ThinLobe::sample(f, u);
+                       return s.wi_local.z < 0;
                      },
                      [](const Facets& f, Vec3 wi, BsdfEval& out) {
                        if (wi.z < 0) {
-                         core::ThinLobe{}.add(f, {}, 1, wi, out);
+                         core::ThinLobe{}.add(f, core::Interface{}, 1, wi, out);
                        }
                      }});
     cases.push_back({"Clearcoat" + tail, round,

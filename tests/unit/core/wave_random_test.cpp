@@ -29,7 +29,7 @@ using core::Vec3;
 using test_support::Random;
 
 constexpr int kSettings = 200;
-constexpr int kGlassSettings = 60;
+constexpr int kOneKindSettings = 60;
 constexpr int kSide = 8;
 constexpr int kSamples = 4;
 /// Settings with a larger film, whose paths fill waves; of those with a catcher, which needs room
@@ -38,6 +38,13 @@ constexpr int kFullWaves = 8;
 /// Of a picture: rounding sends one path in ten thousand elsewhere, more of long ones through
 /// glass.
 constexpr std::size_t kPixelsMost = 8;
+
+/// Which surfaces are drawn.
+enum class Drawn {
+  kAll,
+  kSolids,  ///< the closed ones are boundaries of solids
+  kWalls    ///< most transmit, without a solid
+};
 
 class Draw {
  public:
@@ -51,7 +58,7 @@ class Draw {
     return values[static_cast<std::size_t>(below(static_cast<int>(N)))];
   }
   /// Adds a word to the description of what was drawn.
-  bool glass_only = false;  ///< of closed shapes, without a catcher
+  Drawn drawn = Drawn::kAll;  ///< others without a catcher
   void say(const std::string& word) { words_ += (words_.empty() ? "" : ", ") + word; }
   const std::string& words() const { return words_; }
 
@@ -68,6 +75,7 @@ enum class Fault {
   kThinnerLayers,
   kDenserGlass,
   kClearerGlass,
+  kThickerLeaves,
   kOtherTexels,
   kTiltedNormals,
   kOneBounceLess,
@@ -192,6 +200,31 @@ constexpr std::array kGlass = {
          }},
 };
 
+constexpr std::array kWalls = {
+    Kind{"pane",
+         [](MaterialDescription& m, Draw& draw) {
+           m.transmission = draw.between(0.3F, 1);
+           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 1);
+           m.ior = draw.between(1, 2);
+           m.metallic = draw.often(0.2F) ? 0.4F : 0.0F;
+           m.specular = draw.often(0.3F) ? draw.between(0, 1) : 1.0F;
+           m.specular_color = draw.often(0.3F) ? draw.color() : Rgb{1, 1, 1};
+           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
+           m.clearcoat_roughness = draw.often(0.5F) ? 0 : 0.3F;
+           m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
+           m.sheen_roughness = 0.5F;
+           m.diffuse_transmission = draw.often(0.2F) ? 0.5F : 0.0F;
+         }},
+    Kind{"leaf",
+         [](MaterialDescription& m, Draw& draw) {
+           m.diffuse_transmission = draw.between(0.2F, 1);
+           m.diffuse_transmission_color = draw.color();
+           m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
+           m.specular = draw.often(0.3F) ? 0 : 1.0F;
+           m.clearcoat = draw.often(0.2F) ? draw.between(0.3F, 1) : 0.0F;
+         }},
+};
+
 /// Noise in bytes or floats.
 int add_image(core::SceneDescription& scene, Draw& draw) {
   core::Image image;
@@ -251,12 +284,19 @@ void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& d
   fill(m.sheen_color_texture, m.sheen_roughness > 0 ? 0.3F : 0);
   fill(m.sheen_roughness_texture, m.sheen_roughness > 0 ? 0.3F : 0);
   fill(m.anisotropy_texture, m.anisotropy > 0 ? 0.3F : 0);
+  if (draw.drawn == Drawn::kWalls) {
+    fill(m.diffuse_transmission_texture, m.diffuse_transmission > 0 ? 0.3F : 0);
+    fill(m.diffuse_transmission_color_texture, m.diffuse_transmission > 0 ? 0.3F : 0);
+  }
 }
 
 /// is_closed: the surface may bound a solid.
 int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Fault fault) {
-  const bool is_glass = draw.glass_only && is_closed;
-  const Kind kind = is_glass ? draw.one_of(kGlass) : draw.one_of(kKinds);
+  const bool is_glass = draw.drawn == Drawn::kSolids && is_closed;
+  const bool is_wall = draw.drawn == Drawn::kWalls && draw.often(0.7F);
+  const Kind kind = is_glass  ? draw.one_of(kGlass)
+                    : is_wall ? draw.one_of(kWalls)
+                              : draw.one_of(kKinds);
   MaterialDescription m;
   m.base_color = draw.color();
   m.metallic = 0;
@@ -282,6 +322,9 @@ int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Faul
   }
   if (fault == Fault::kClearerGlass) {
     m.attenuation_distance *= 2;
+  }
+  if (fault == Fault::kThickerLeaves) {
+    m.diffuse_transmission *= 0.9F;
   }
   draw.say(std::string(is_textured ? "textured " : "") + kind.name);
   scene.materials.push_back(m);
@@ -556,11 +599,11 @@ struct Setting {
   core::View view;
 };
 
-Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, bool glass_only = false) {
+Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, Drawn drawn = Drawn::kAll) {
   Draw draw(seed);
-  draw.glass_only = glass_only;
+  draw.drawn = drawn;
   core::SceneDescription scene;
-  const bool is_caught = draw.often(0.3F) && !glass_only;
+  const bool is_caught = draw.often(0.3F) && drawn == Drawn::kAll;
   const core::GroundSettings below = is_caught ? ground(draw, fault) : core::GroundSettings{};
   Draw more(~seed);  // leaves the other draws as they are
   const bool is_open = more.often(0.25F);
@@ -622,32 +665,45 @@ TEST(WaveProduct, RandomSettingsLookAsOnePathAtATime) {
   EXPECT_LE(count, times * kPixels / 800);
 }
 
-TEST(WaveProduct, SolidsOfGlassLookAsOnePathAtATime) {
+/// Compares settings of one kind.
+void expect_as_one_path_at_a_time(Drawn drawn) {
   constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
   std::size_t count = 0;
-  for (std::uint64_t seed = first_seed(); seed < first_seed() + kGlassSettings; ++seed) {
-    const Setting one = setting(seed, Fault::kNone, true);
+  for (std::uint64_t seed = first_seed(); seed < first_seed() + kOneKindSettings; ++seed) {
+    const Setting one = setting(seed, Fault::kNone, drawn);
     EXPECT_TRUE(is_served(one.view)) << "seed " << seed << ": " << one.words;
     const std::size_t differing =
         test_support::differing_pixels(one.view, seed % 8 == 0 ? 1 : 8, one.view, kSamples, 1);
     EXPECT_LE(differing, kPixelsMost) << "seed " << seed << ": " << one.words;
     count += differing;
   }
-  EXPECT_LE(count, kGlassSettings * kPixels / 800);
+  EXPECT_LE(count, kOneKindSettings * kPixels / 800);
 }
 
-TEST(WaveProduct, SeesPlantedFaultsOfGlass) {
-  for (const auto& [name, fault, least] : {Planted{"denser glass", Fault::kDenserGlass, 4},
-                                           Planted{"clearer glass", Fault::kClearerGlass, 1}}) {
-    int seen = 0;
-    for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
-      const core::View faulty = setting(seed, fault, true).view;
-      const core::View right = setting(seed, Fault::kNone, true).view;
-      const std::size_t differing = test_support::differing_pixels(faulty, 8, right, kSamples, 1);
-      seen += differing > kPixelsMost ? 1 : 0;
-    }
-    EXPECT_GE(seen, least) << name;
+void expect_fault_is_seen(const Planted& planted, Drawn drawn) {
+  int seen = 0;
+  for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
+    const core::View faulty = setting(seed, planted.fault, drawn).view;
+    const core::View right = setting(seed, Fault::kNone, drawn).view;
+    const std::size_t differing = test_support::differing_pixels(faulty, 8, right, kSamples, 1);
+    seen += differing > kPixelsMost ? 1 : 0;
   }
+  EXPECT_GE(seen, planted.least) << planted.name;
+}
+
+TEST(WaveProduct, SolidsOfGlassLookAsOnePathAtATime) {
+  expect_as_one_path_at_a_time(Drawn::kSolids);
+}
+
+TEST(WaveProduct, WallsAndLeavesLookAsOnePathAtATime) {
+  expect_as_one_path_at_a_time(Drawn::kWalls);
+}
+
+TEST(WaveProduct, SeesPlantedFaultsOfGlassAndLeaves) {
+  expect_fault_is_seen({"denser glass", Fault::kDenserGlass, 4}, Drawn::kSolids);
+  expect_fault_is_seen({"clearer glass", Fault::kClearerGlass, 1}, Drawn::kSolids);
+  expect_fault_is_seen({"denser walls", Fault::kDenserGlass, 4}, Drawn::kWalls);
+  expect_fault_is_seen({"thicker leaves", Fault::kThickerLeaves, 4}, Drawn::kWalls);
 }
 
 /// A catcher under a clear ball, in front of a grey one that is seen through it.
@@ -704,15 +760,7 @@ TEST(WaveProduct, SeesPlantedFaults) {
         Planted{"thicker fog", Fault::kThickerFog, 2},
         Planted{"other phase", Fault::kOtherPhase, 2},
         Planted{"no spectrum", Fault::kNoSpectrum, 2}}) {
-    int seen = 0;
-    for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
-      const core::View faulty = setting(seed, fault).view;
-      seen +=
-          test_support::differing_pixels(faulty, 8, setting(seed).view, kSamples, 1) > kPixelsMost
-              ? 1
-              : 0;
-    }
-    EXPECT_GE(seen, least) << name;
+    expect_fault_is_seen({name, fault, least}, Drawn::kAll);
   }
 }
 

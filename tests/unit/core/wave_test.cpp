@@ -31,15 +31,17 @@ struct Surface {
   core::BsdfParameters parameters;
   core::BsdfLayers layers;
   bool has_layers = false;
+
+  bool transmits() const { return parameters.transmission > 0 || layers.diffuse_transmission > 0; }
 };
 
-/// The surfaces that waves support.
+/// The surfaces that waves support, without the boundaries of solids.
 std::vector<Surface> surfaces() {
   std::vector<Surface> out;
   for (const auto& c : test_support::bsdf_cases()) {
     const core::BsdfLayers layers = c.layers.value_or(core::BsdfLayers{});
-    if (layers.iridescence == 0 && layers.diffuse_transmission == 0 &&
-        c.parameters.transmission == 0 && c.parameters.alpha_x == c.parameters.alpha_y) {
+    if (layers.iridescence == 0 && c.parameters.alpha_x == c.parameters.alpha_y &&
+        (c.parameters.transmission == 0 || c.parameters.thin)) {
       out.push_back({c.parameters, layers, c.layers.has_value()});
     }
   }
@@ -51,6 +53,11 @@ std::vector<Surface> surfaces() {
     half.base_color = {0.9F, 0.5F, 0.1F};
     half.f0 = {0.02F, 0.04F, 0.08F};
     out.push_back({half, {}, false});
+    half.transmission = 0.7F;
+    out.push_back({half, {}, false});
+    half.alpha_x = half.alpha_y = 1e-4F;  // smooth
+    out.push_back({half, {}, false});
+    half.transmission = 0;
   }
   // Coats under sheen, smooth and rough, over these and over a mirror and a diffuse surface.
   core::BsdfLayers both;
@@ -60,6 +67,8 @@ std::vector<Surface> surfaces() {
   both.clearcoat_normal = core::normalize(Vec3{-0.1F, 0.1F, 1});
   for (std::size_t i = 0, count = out.size(); i < count; ++i) {
     both.clearcoat_roughness = i % 2 == 0 ? 0.0F : 0.4F;
+    both.diffuse_transmission = i % 3 == 0 ? 0.4F : 0.0F;
+    both.diffuse_transmission_color = {0.2F, 0.9F, 0.4F};
     if (!out[i].has_layers) {
       out.push_back({out[i].parameters, both, true});
     }
@@ -72,6 +81,7 @@ template <std::size_t N>
 struct LanesOfSurfaces {
   core::SurfaceLanes<N> surface{};
   core::LayerLanes<N> layers{};
+  core::WallLanes<N> walls{};
 
   void set(std::size_t k, const Surface& s, float alpha_scale = 1) {
     const core::BsdfParameters& p = s.parameters;
@@ -87,6 +97,10 @@ struct LanesOfSurfaces {
     layers.clearcoat_normal.set(k, l.clearcoat_normal);
     layers.sheen_color.set(k, {l.sheen_color.r, l.sheen_color.g, l.sheen_color.b});
     layers.sheen_roughness.v[k] = l.sheen_roughness;
+    walls.transmission.v[k] = p.transmission;
+    walls.diffuse.v[k] = l.diffuse_transmission;
+    const core::Rgb below = l.diffuse_transmission_color;
+    walls.diffuse_color.set(k, {below.r, below.g, below.b});
   }
 };
 
@@ -116,14 +130,15 @@ int differences(Vec3 ng, float alpha_scale) {
       do {
         wo[k] = test_support::random_hemisphere(random);
       } while (!(wo[k].z > 0.05F && dot(wo[k], ng) > 0.05F));
-      wi[k] = test_support::random_hemisphere(random);
+      wi[k] = test_support::random_hemisphere(random) * (random.uniform() < 0.3F ? -1.0F : 1.0F);
       numbers[k] = {random.uniform(), random.uniform(), random.uniform()};
       lanes.set(k, chosen[k], alpha_scale);
       wo_lanes.set(k, wo[k]);
       wi_lanes.set(k, wi[k]);
       u.set(k, numbers[k]);
     }
-    const core::BsdfLanes<N> bsdf(lanes.surface, wo_lanes, core::Vec3s<N>(ng), &lanes.layers);
+    const core::BsdfLanes<N> bsdf(lanes.surface, wo_lanes, core::Vec3s<N>(ng), &lanes.layers,
+                                  nullptr, &lanes.walls);
     const auto value = bsdf.evaluate(wi_lanes);
     const auto sample = bsdf.sample(u.x, {u.y, u.z});
     for (std::size_t k = 0; k < N; ++k) {
@@ -136,9 +151,11 @@ int differences(Vec3 ng, float alpha_scale) {
                    differs(value.pdf_solid_angle.v[k], f.pdf_solid_angle) ||
                    differs(sample.weight.lane(k).y, s.weight.g) ||
                    differs(bsdf.albedo().lane(k).x, scalar.albedo().r) ||
-                   (bsdf.has_spread().bits() >> k & 1U) != (scalar.has_spread() ? 1U : 0U);
+                   (bsdf.has_spread().bits() >> k & 1U) != (scalar.has_spread() ? 1U : 0U) ||
+                   (bsdf.transmits().bits() >> k & 1U) != (scalar.transmits() ? 1U : 0U);
       if (!is_black(s.weight)) {
         wrong = wrong || (sample.is_delta.bits() >> k & 1U) != (s.is_delta ? 1U : 0U) ||
+                (sample.is_null.bits() >> k & 1U) != (s.is_null ? 1U : 0U) ||
                 differs(sample.wi.lane(k).x, s.wi_local.x) ||
                 differs(sample.wi.lane(k).z, s.wi_local.z) ||
                 differs(sample.pdf_solid_angle.v[k], s.pdf_solid_angle);
@@ -182,12 +199,13 @@ TEST(WaveBsdf, LanesDoNotDependOnTheirNeighbours) {
       own.set(k, surface);
       mixed.set(k, k == 2 ? surface : all[random.bits() % all.size()]);
       wo.set(k, test_support::random_hemisphere(random));
-      wi.set(k, test_support::random_hemisphere(random));
+      wi.set(k, test_support::random_hemisphere(random) * (k < 4 ? 1.0F : -1.0F));
       u.set(k, {random.uniform(), random.uniform(), random.uniform()});
     }
     const core::Vec3s<8> up(Vec3{0, 0, 1});
-    const core::BsdfLanes<8> a(own.surface, wo, up, surface.has_layers ? &own.layers : nullptr);
-    const core::BsdfLanes<8> b(mixed.surface, wo, up, &mixed.layers);
+    const core::BsdfLanes<8> a(own.surface, wo, up, surface.has_layers ? &own.layers : nullptr,
+                               nullptr, surface.transmits() ? &own.walls : nullptr);
+    const core::BsdfLanes<8> b(mixed.surface, wo, up, &mixed.layers, nullptr, &mixed.walls);
     const auto f = a.evaluate(wi);
     const auto g = b.evaluate(wi);
     EXPECT_TRUE(are_same(f.value_cos.lane(2), g.value_cos.lane(2)));
@@ -329,9 +347,10 @@ core::MaterialDescription cloth() {
   return m;
 }
 
-TEST(Waves, HandOverPathsThatHitGlass) {
+TEST(Waves, HandOverPathsThatHitFilms) {
   core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
   glass.transmission = 1;
+  glass.iridescence = 1;
   core::MaterialDescription solid = glass;
   solid.thickness = 1;
   EXPECT_LT(differing(balls({glass, solid, coated()})), 0.02);
@@ -350,11 +369,40 @@ TEST(Waves, AgreeWithScalarPathsOnCoatsAndSheen) {
   EXPECT_GT(differing(balls({coated(), cloth(), both}), 8, all), 0.05);
 }
 
-TEST(Waves, TakePathsBackAfterGlassThatSplitThere) {
+TEST(Waves, TakePathsBackAfterFilmsThatSplitThere) {
   core::MaterialDescription solid = glossy({1, 1, 1}, 0, 0);
   solid.transmission = 1;
   solid.thickness = 1;
+  solid.iridescence = 1;
   EXPECT_LT(differing(split(balls({solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F)}), 4)), 0.02);
+}
+
+/// Balls of clear and of frosted walls, and of leaves.
+core::View walls(float transmission) {
+  core::MaterialDescription window = glossy({0.9F, 1, 0.9F}, 0, 0);
+  window.transmission = transmission;
+  core::MaterialDescription frosted = window;
+  frosted.roughness = 0.4F;
+  core::MaterialDescription leaf = glossy({0.5F, 0.5F, 0.5F}, 0, 0.5F);
+  leaf.diffuse_transmission = 0.6F;
+  leaf.diffuse_transmission_color = {0.2F, 0.8F, 0.3F};
+  return balls({window, frosted, leaf});
+}
+
+TEST(Waves, AgreeWithScalarPathsOnWallsAndLeaves) {
+  const core::View all = walls(0.9F);
+  EXPECT_LT(differing(all), 0.01);
+  EXPECT_LT(differing(all, 1), 0.01);
+  EXPECT_LT(differing(split(all, 4)), 0.01);
+  // At the maximum depth paths still pass clear walls.
+  core::View shallow = all;
+  for (const int depth : {0, 1, 2}) {
+    shallow.settings.max_depth = depth;
+    EXPECT_LT(differing(shallow), 0.01) << depth;
+    EXPECT_LT(differing(split(shallow, 4)), 0.01) << depth;
+  }
+  // The planted fault.
+  EXPECT_GT(differing(walls(0.8F), 8, all), 0.05);
 }
 
 TEST(Waves, PassHolesAndBlendedSurfaces) {

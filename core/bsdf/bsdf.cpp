@@ -8,20 +8,6 @@
 #include "core/math/numbers.h"
 
 namespace core {
-namespace {
-
-/// Returns the albedo of the facets' reflection in direction w, on either side, with F = 1.
-SpecularAlbedo albedo_of(const Facets& s, Vec3 w) noexcept {
-  return s.ggx.alpha_x == s.ggx.alpha_y ? specular_albedo(std::fabs(w.z), s.roughness)
-                                        : Anisotropy(s.ggx.alpha_x, s.ggx.alpha_y).albedo(w);
-}
-
-SpecularAlbedo albedo_average(const Facets& s) noexcept {
-  return s.ggx.alpha_x == s.ggx.alpha_y ? specular_albedo_average(s.roughness)
-                                        : Anisotropy(s.ggx.alpha_x, s.ggx.alpha_y).average();
-}
-
-}  // namespace
 
 Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLayers* layers) noexcept
     : ng_(ng_local), is_flat_(is_flat(ng_local.z)), has_layers_(layers != nullptr) {
@@ -33,13 +19,8 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     prob_[kDiffuse] = has_spread_ ? 1.0F : 0.0F;
     return;
   }
-  float roughness = p.roughness;
-  if (p.alpha_x != p.alpha_y) {
-    // The tables of glass are for isotropic lobes. The lobe with the quadratic mean of the widths
-    // has the same mean albedo within 0.06 at widths 1 and 0.01, and within 0.02 at 0.6 and 0.15;
-    // with the roughness across the direction the error would be 0.4.
-    roughness = std::sqrt(std::sqrt(0.5F * (square(p.alpha_x) + square(p.alpha_y))));
-  }
+  const float roughness =
+      p.alpha_x == p.alpha_y ? p.roughness : mean_roughness(p.alpha_x, p.alpha_y);
   const bool is_smooth = std::max(p.alpha_x, p.alpha_y) < kSmoothAlpha;
   facets_ = {wo_local, {p.alpha_x, p.alpha_y}, roughness, is_smooth};
   const float metal = p.metallic;

@@ -57,6 +57,11 @@ inline float min(float a, float b) noexcept { return a < b ? a : b; }
 inline float max(float a, float b) noexcept { return a > b ? a : b; }
 inline float sqrt(float x) noexcept { return std::sqrt(x); }
 inline float abs(float x) noexcept { return std::fabs(x); }
+inline float hypot(float x, float y) noexcept { return std::hypot(x, y); }
+template <std::size_t N>
+Floats<N> hypot(Floats<N> x, Floats<N> y) {
+  return sqrt(x * x + y * y);
+}
 inline void sincos(float x, float& sine, float& cosine) noexcept {
   sine = std::sin(x);
   cosine = std::cos(x);

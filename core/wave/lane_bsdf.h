@@ -1,5 +1,5 @@
-/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with solid glass, thin walls,
-/// diffuse transmission, clearcoat and sheen.
+/// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with anisotropy, solid glass, thin
+/// walls, diffuse transmission, clearcoat and sheen.
 ///
 /// Its lobes are those of core/bsdf/bsdf.h, with the same order and use of random numbers. Each
 /// lane is either Lambert or not; if all are Lambert, nothing else is computed.
@@ -7,6 +7,7 @@
 
 #include <optional>
 
+#include "core/bsdf/anisotropic_albedo.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/glass_lobe.h"
 #include "core/bsdf/interface.h"
@@ -26,7 +27,8 @@ struct SurfaceLanes {
   Vec3s<N> origin;
   Floats<N> error_m;  ///< SurfacePoint::error_m
   Vec3s<N> base_color;
-  Floats<N> metallic, roughness, alpha;
+  Floats<N> metallic, roughness;
+  Floats<N> alpha;  ///< alpha_y
   Vec3s<N> f0;
   Floats<N> f90;
 };
@@ -63,34 +65,48 @@ struct WallLanes {
   Mask<N> exist() const { return (transmission > 0) | (diffuse > 0); }
 };
 
+/// Brushed surfaces.
+template <std::size_t N>
+struct BrushLanes {
+  Floats<N> alpha_x;  ///< elsewhere that of SurfaceLanes
+  Vec3s<N> along;     ///< Frame::s of the shading frame, world; unspecified elsewhere
+};
+
+/// What some lanes have beyond SurfaceLanes; null if no lane has any.
+template <std::size_t N>
+struct ExtraLanes {
+  const LayerLanes<N>* layers = nullptr;
+  const SolidLanes<N>* solids = nullptr;
+  const WallLanes<N>* walls = nullptr;
+  const BrushLanes<N>* brush = nullptr;
+};
+
 template <std::size_t N>
 class BsdfLanes {
  public:
   using F = Floats<N>;
-  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon. layers, solids,
-  /// walls: null if no lane has any.
-  BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng,
-            const LayerLanes<N>* layers = nullptr, const SolidLanes<N>* solids = nullptr,
-            const WallLanes<N>* walls = nullptr)
+  using Extra = ExtraLanes<N>;
+  /// wo: local, z > 0. ng: local geometric normal, which defines the horizon.
+  BsdfLanes(const SurfaceLanes<N>& s, Vec3s<N> wo, Vec3s<N> ng, const Extra& extra = {})
       : ng_(ng),
         is_flat_(is_flat(ng.z)),
         is_lambert_((s.f90 == F(0)) & (s.metallic == F(0)) & ~is_not_black(s.f0)),
         base_color_(s.base_color) {
-    if (layers != nullptr) {
-      is_lambert_ = is_lambert_ & ~layers->exist();
+    if (extra.layers != nullptr) {
+      is_lambert_ = is_lambert_ & ~extra.layers->exist();
     }
-    if (solids != nullptr) {
-      is_lambert_ = is_lambert_ & ~(solids->transmission > 0);
+    if (extra.solids != nullptr) {
+      is_lambert_ = is_lambert_ & ~(extra.solids->transmission > 0);
     }
-    if (walls != nullptr) {
-      is_lambert_ = is_lambert_ & ~walls->exist();
+    if (extra.walls != nullptr) {
+      is_lambert_ = is_lambert_ & ~extra.walls->exist();
     }
     is_lambert_all_ = is_lambert_.all();
     is_flat_all_ = is_flat_.all();
     albedo_ = base_color_;
     has_spread_ = is_not_black(base_color_);
     if (!is_lambert_all_) {
-      set_lobes(s, wo, layers, solids, walls);
+      set_lobes(s, wo, extra);
     }
   }
 
@@ -278,8 +294,8 @@ class BsdfLanes {
   }
 
   /// As Bsdf's constructor.
-  void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const LayerLanes<N>* layers,
-                 const SolidLanes<N>* solids, const WallLanes<N>* walls) {
+  void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const Extra& extra) {
+    const auto [layers, solids, walls, brush] = extra;
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
     F cover = dielectric;
@@ -291,9 +307,15 @@ class BsdfLanes {
     if (walls != nullptr) {
       lambert = lambert * (1 - walls->transmission);
     }
-    facets_ = {wo, {s.alpha, s.alpha}, s.roughness, s.alpha < kSmoothAlpha};
-    const AlbedoOf<F> e = specular_albedo(wo.z, s.roughness);
-    const AlbedoOf<F> average = specular_albedo_average(s.roughness);
+    F alpha_x = s.alpha;
+    F roughness = s.roughness;
+    if (brush != nullptr) {
+      alpha_x = brush->alpha_x;
+      roughness = select(alpha_x == s.alpha, roughness, mean_roughness(alpha_x, s.alpha));
+    }
+    facets_ = {wo, {alpha_x, s.alpha}, roughness, max(alpha_x, s.alpha) < kSmoothAlpha};
+    const AlbedoOf<F> e = albedo_of(facets_, wo);
+    const AlbedoOf<F> average = albedo_average(facets_);
     const Mask<N> has_interface = (cover > 0) & ((max_component(s.f0) > 0) | (s.f90 > 0));
     interface_ = {select(has_interface, s.f0, black()), select(has_interface, s.f90, F(0)),
                   average};
@@ -436,7 +458,7 @@ class BsdfLanes {
   }
 
   Eval evaluate_layered(Vec3s<N> wi, F cos_pi) const {
-    const AlbedoOf<F> e = specular_albedo(abs(wi.z), facets_.roughness);
+    const AlbedoOf<F> e = albedo_of(facets_, wi);
     const F under = interface_.coupling(interface_.albedo(e)) * kInvPi;
     const Vec3s<N> f = diffuse_ * under + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);

@@ -20,7 +20,7 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
 /// is_solid: the material is on the boundary of a solid.
 bool is_unsupported(const Material& m, bool is_solid) {
   const bool is_for_walls = m.is_clear || m.factors.diffuse_transmission > 0;
-  return m.factors.iridescence > 0 || m.factors.unlit || m.factors.anisotropy > 0 ||
+  return m.factors.iridescence > 0 || m.factors.unlit ||
          (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
 }
 
@@ -145,20 +145,17 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                            b.roughness, b.alpha_x, b.f0.r, b.f0.g,                      //
                            b.f0.b, b.f90, e.r, e.g, e.b, 0, 0, 0}});
   }
-  std::vector<bool> has_alpha_map;
-  for (const Material& m : scene.materials) {
-    const Texture* texture = m.base_color.texture;
-    has_alpha_map.push_back(m.factors.alpha_mode == AlphaMode::kBlend && texture != nullptr &&
-                            !is_opaque(*texture));
-  }
   for (const PlacedMesh& placed : scene.placed) {
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
-    const bool is_plain = !m.has_texture && mesh.colors.empty();
-    const bool maps = is_mapped(m) && mesh.colors.empty() && !turns_tangents(mesh, m.normal) &&
-                      !turns_tangents(mesh, m.clearcoat_normal);
+    const bool is_brushed = m.factors.anisotropy > 0;
+    const bool is_plain = !m.has_texture && mesh.colors.empty() && !is_brushed;
+    const bool maps = is_mapped(m) && mesh.colors.empty() && !is_brushed &&
+                      !turns_tangents(mesh, m.normal) && !turns_tangents(mesh, m.clearcoat_normal);
     const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
     has_layers_ = has_layers_ || has_layers;
+    const bool has_alpha_map =
+        m.base_color.texture != nullptr && !m.base_color.texture->is_opaque();
     const bool is_solid = placed.solid != kNoSolid;
     const bool is_supported =
         !is_unsupported(m, is_solid) &&
@@ -173,13 +170,13 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back(
-        {mesh.positions.data(), data(mesh.normals), m.transmits ? nullptr : data(mesh.round_sides),
-         mesh.indices.data(), &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-         maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-         mesh.later.empty() ? nullptr : &mesh,
-         same_coverage(m, has_alpha_map[mesh.material] || !mesh.colors.empty()), m.is_clear,
-         m.factors.double_sided, shines_alone(m), has_layers, is_wall, placed.solid});
+    placed_.push_back({mesh.positions.data(), data(mesh.normals),
+                       m.transmits ? nullptr : data(mesh.round_sides), mesh.indices.data(),
+                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
+                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
+                       mesh.later.empty() ? nullptr : &mesh,
+                       same_coverage(m, has_alpha_map || !mesh.colors.empty()), m.is_clear,
+                       m.factors.double_sided, shines_alone(m), has_layers, is_wall, placed.solid});
   }
 }
 
@@ -246,6 +243,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     const auto k = static_cast<std::size_t>(std::countr_zero(textured));
     const bool is_front = meet_textured(segments, hits[k], k, out);
     front = (front & ~(1U << k)) | (is_front ? 1U << k : 0U);
+  }
+  if (out.brushed != 0) {
+    out.brush.alpha_x = select(Mask<N>::of(out.brushed), out.brush.alpha_x, out.surface.alpha);
   }
   if (out.solid != 0) {
     cross_solids(segments, hits, front, out);
@@ -537,10 +537,15 @@ bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   s.base_color.set(k, {b.base_color.r, b.base_color.g, b.base_color.b});
   s.metallic.v[k] = b.metallic;
   s.roughness.v[k] = b.roughness;
-  s.alpha.v[k] = b.alpha_x;
+  s.alpha.v[k] = b.alpha_y;
+  if (material.factors.anisotropy > 0) {
+    out.brushed |= 1U << k;
+    out.brush.alpha_x.v[k] = b.alpha_x;
+    out.brush.along.set(k, shading.frame.s);
+  }
   s.f0.set(k, {b.f0.r, b.f0.g, b.f0.b});
   s.f90.v[k] = b.f90;
-  if (shading.has_layers) {
+  if (entry_of(hit).has_layers) {
     const BsdfLayers& l = shading.layers;
     out.layered |= 1U << k;
     out.layers.clearcoat.v[k] = l.clearcoat;

@@ -1,7 +1,8 @@
 /// Hits in lanes: SceneData::surface_point() and shade() for N hits at once.
 ///
 /// Plain surfaces (no texture, no vertex colour) are evaluated in SIMD, as are mapped ones, whose
-/// textures share coordinates and transform; other textured surfaces are evaluated lane by lane.
+/// textures share coordinates and transform; other textured and brushed surfaces are evaluated lane
+/// by lane.
 /// All others are `unsupported`: the lanes cannot evaluate them.
 #pragma once
 
@@ -43,6 +44,8 @@ struct LaneHits {
   Ints<N> beyond;     ///< the medium on the other side
   unsigned wall = 0;  ///< those that transmit without a solid; valid if not 0:
   WallLanes<N> walls;
+  unsigned brushed = 0;  ///< those that are brushed; valid if not 0:
+  BrushLanes<N> brush;
 };
 
 /// Returns eta_scale of a path that came into the solid by refraction.

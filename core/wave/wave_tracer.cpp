@@ -398,8 +398,9 @@ template <std::size_t N, typename Options>
     return;
   }
   const unsigned goes_on = below_max_depth(paths, first, on, depth);
-  const unsigned walls = on & at.met.wall;
-  if ((goes_on | walls) == 0 && depth > 0) {
+  at.met.wall &= on;
+  const bool may_pass = scene_.has_clear && at.met.wall != 0;
+  if (goes_on == 0 && !may_pass && depth > 0) {
     return;
   }
   const SurfaceLanes<N>& s = at.met.surface;
@@ -413,11 +414,17 @@ template <std::size_t N, typename Options>
   }
   at.null_scatterings = null_scatterings(paths.null_scatterings, first);
   at.frame = frame_from_normal(s.normal);
+  if (at.met.brushed != 0) {
+    const Mask<N> is_brushed = Mask<N>::of(at.met.brushed);
+    at.frame.s = select(is_brushed, at.met.brush.along, at.frame.s);
+    at.frame.t = select(is_brushed, cross(s.normal, at.frame.s), at.frame.t);
+  }
   const auto make_bsdf = [&at, &s ]() __attribute__((always_inline)) {
     return BsdfLanes<N>(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
-                        at.met.layered == 0 ? nullptr : &at.met.layers,
-                        at.met.solid == 0 ? nullptr : &at.met.solids,
-                        at.met.wall == 0 ? nullptr : &at.met.walls);
+                        {.layers = at.met.layered == 0 ? nullptr : &at.met.layers,
+                         .solids = at.met.solid == 0 ? nullptr : &at.met.solids,
+                         .walls = at.met.wall == 0 ? nullptr : &at.met.walls,
+                         .brush = at.met.brushed == 0 ? nullptr : &at.met.brush});
   };
   [[maybe_unused]] Vec3s<N> albedo;
   if constexpr (Options::is_spectral) {
@@ -453,11 +460,11 @@ template <std::size_t N, typename Options>
   } else if (Options::has_media || scene_.has_clear) {
     at.on = Mask<N>::of(goes_on);
   }
-  if (walls != 0) {
+  if (at.met.wall != 0) {
     at.last = {load<N>(paths.pdf_bsdf.at + first), load<N>(paths.last_origin, first),
                load<N>(paths.last_normal, first)};
     at.may_scatter = at.on;
-    at.on = at.on | (Mask<N>::of(walls) & bsdf.is_clear());
+    at.on = at.on | (Mask<N>::of(at.met.wall) & bsdf.is_clear());
   }
   if (depth > 0 || split_count_ == 1) {
     extend(wave, at, bsdf, numbers, depth);
@@ -519,6 +526,7 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
     return;
   }
   const Mask<N> spreads = ~sample.is_delta;
+  const Floats<N>& width = at.met.brushed == 0 ? s.alpha : at.met.brush.alpha_x;
   WavePaths& paths = wave.paths;
   const PathLanes<N> next = {
       .origin =
@@ -530,7 +538,7 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
       .last_normal = *last_normal,
       .cone_width_m = at.met.cone_width_m,
       .cone_spread_rad =
-          at.cone_spread_rad + select(spreads, kConeSpreadOfWidth * s.alpha, Floats<N>(0)),
+          at.cone_spread_rad + select(spreads, kConeSpreadOfWidth * width, Floats<N>(0)),
       .is_sharp = select(spreads, Ints<N>(0), at.is_sharp),
       .medium = medium,
       .base = numbers.base,

@@ -76,6 +76,7 @@ enum class Fault {
   kDenserGlass,
   kClearerGlass,
   kThickerLeaves,
+  kRounderBrush,
   kOtherTexels,
   kTiltedNormals,
   kOneBounceLess,
@@ -214,6 +215,7 @@ constexpr std::array kWalls = {
            m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
            m.sheen_roughness = 0.5F;
            m.diffuse_transmission = draw.often(0.2F) ? 0.5F : 0.0F;
+           m.anisotropy = draw.often(0.2F) ? 0.7F : 0.0F;
          }},
     Kind{"leaf",
          [](MaterialDescription& m, Draw& draw) {
@@ -322,6 +324,9 @@ int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Faul
   }
   if (fault == Fault::kClearerGlass) {
     m.attenuation_distance *= 2;
+  }
+  if (fault == Fault::kRounderBrush) {
+    m.anisotropy *= 0.8F;
   }
   if (fault == Fault::kThickerLeaves) {
     m.diffuse_transmission *= 0.9F;
@@ -750,6 +755,7 @@ TEST(WaveProduct, SeesPlantedFaults) {
   for (const auto& [name, fault, least] :
        {Planted{"no sun", Fault::kNoSun, 1}, Planted{"rougher", Fault::kRougher, 8},
         Planted{"thinner layers", Fault::kThinnerLayers, 3},
+        Planted{"rounder brush", Fault::kRounderBrush, 1},
         Planted{"other texels", Fault::kOtherTexels, 4},
         Planted{"tilted normals", Fault::kTiltedNormals, 3},
         Planted{"one bounce less", Fault::kOneBounceLess, 3},

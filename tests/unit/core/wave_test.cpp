@@ -40,8 +40,7 @@ std::vector<Surface> surfaces() {
   std::vector<Surface> out;
   for (const auto& c : test_support::bsdf_cases()) {
     const core::BsdfLayers layers = c.layers.value_or(core::BsdfLayers{});
-    if (layers.iridescence == 0 && c.parameters.alpha_x == c.parameters.alpha_y &&
-        (c.parameters.transmission == 0 || c.parameters.thin)) {
+    if (layers.iridescence == 0 && (c.parameters.transmission == 0 || c.parameters.thin)) {
       out.push_back({c.parameters, layers, c.layers.has_value()});
     }
   }
@@ -82,13 +81,16 @@ struct LanesOfSurfaces {
   core::SurfaceLanes<N> surface{};
   core::LayerLanes<N> layers{};
   core::WallLanes<N> walls{};
+  core::BrushLanes<N> brush{};
 
+  core::ExtraLanes<N> all() const { return {&layers, nullptr, &walls, &brush}; }
   void set(std::size_t k, const Surface& s, float alpha_scale = 1) {
     const core::BsdfParameters& p = s.parameters;
     surface.base_color.set(k, {p.base_color.r, p.base_color.g, p.base_color.b});
     surface.metallic.v[k] = p.metallic;
     surface.roughness.v[k] = p.roughness;
-    surface.alpha.v[k] = p.alpha_x * alpha_scale;
+    surface.alpha.v[k] = p.alpha_y * alpha_scale;
+    brush.alpha_x.v[k] = p.alpha_x * alpha_scale;
     surface.f0.set(k, {p.f0.r, p.f0.g, p.f0.b});
     surface.f90.v[k] = p.f90;
     const core::BsdfLayers& l = s.layers;
@@ -137,8 +139,7 @@ int differences(Vec3 ng, float alpha_scale) {
       wi_lanes.set(k, wi[k]);
       u.set(k, numbers[k]);
     }
-    const core::BsdfLanes<N> bsdf(lanes.surface, wo_lanes, core::Vec3s<N>(ng), &lanes.layers,
-                                  nullptr, &lanes.walls);
+    const core::BsdfLanes<N> bsdf(lanes.surface, wo_lanes, core::Vec3s<N>(ng), lanes.all());
     const auto value = bsdf.evaluate(wi_lanes);
     const auto sample = bsdf.sample(u.x, {u.y, u.z});
     for (std::size_t k = 0; k < N; ++k) {
@@ -203,9 +204,12 @@ TEST(WaveBsdf, LanesDoNotDependOnTheirNeighbours) {
       u.set(k, {random.uniform(), random.uniform(), random.uniform()});
     }
     const core::Vec3s<8> up(Vec3{0, 0, 1});
-    const core::BsdfLanes<8> a(own.surface, wo, up, surface.has_layers ? &own.layers : nullptr,
-                               nullptr, surface.transmits() ? &own.walls : nullptr);
-    const core::BsdfLanes<8> b(mixed.surface, wo, up, &mixed.layers, nullptr, &mixed.walls);
+    const bool is_brushed = surface.parameters.alpha_x != surface.parameters.alpha_y;
+    const core::BsdfLanes<8> a(own.surface, wo, up,
+                               {.layers = surface.has_layers ? &own.layers : nullptr,
+                                .walls = surface.transmits() ? &own.walls : nullptr,
+                                .brush = is_brushed ? &own.brush : nullptr});
+    const core::BsdfLanes<8> b(mixed.surface, wo, up, mixed.all());
     const auto f = a.evaluate(wi);
     const auto g = b.evaluate(wi);
     EXPECT_TRUE(are_same(f.value_cos.lane(2), g.value_cos.lane(2)));

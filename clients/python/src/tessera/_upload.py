@@ -31,11 +31,7 @@ _MEDIA = {
 
 def looks_like_file(scene: str | os.PathLike[str]) -> bool:
     """Returns whether this is a path to upload, rather than the name or id of a scene."""
-    return (
-        not isinstance(scene, str)
-        or scene.lower().endswith(tuple(_MEDIA))
-        or (os.sep in scene)
-    )
+    return not isinstance(scene, str) or scene.lower().endswith(tuple(_MEDIA)) or (os.sep in scene)
 
 
 def scene_file(path: str | os.PathLike[str]) -> Path:

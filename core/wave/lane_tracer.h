@@ -38,7 +38,7 @@ namespace {
 static_assert(DefaultOptions::mis.type == MisType::kPower && DefaultOptions::mis.exponent == 2);
 
 /// Of WaveShadows' slots: the sample counts where the model blocks it.
-constexpr std::int32_t kIsBlocked = 1 << 30;
+inline constexpr std::int32_t kIsBlocked = 1 << 30;
 
 /// PathTracer<Options>, step by step, for the paths of a wave. Options: DefaultOptions, or
 /// WholeOptions with the same estimators but for the number of light candidates.

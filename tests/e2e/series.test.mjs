@@ -355,6 +355,15 @@ test('every job of a series shows an image from its first pass on', {
   await send(`/v1/batches/${id}/cancel`);
 });
 
+/** Waits until an image is there, within Playwright's time, and returns its width. */
+async function shown(page, image) {
+  const width = await page.waitForFunction(
+    (element) => element.complete && element.naturalWidth,
+    await image.elementHandle(),
+  );
+  return width.jsonValue();
+}
+
 test('a scene is selected by its image, and a render is shown before its tiles arrive', {
   skip,
   timeout: 120_000,
@@ -374,8 +383,7 @@ test('a scene is selected by its image, and a render is shown before its tiles a
   await withPage(desktop, '#/jobs', async (page) => {
     const { scenes } = await (await fetch(`${server.url}/v1/server`)).json();
     await page.click('[data-testid=scene-gallery]');
-    for (const { name } of scenes)
-      await page.locator(`[data-scene="${name}"] img`).evaluate((image) => image.decode());
+    for (const { name } of scenes) await shown(page, page.locator(`[data-scene="${name}"] img`));
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.click('[data-scene="many-lights"]');
     await settles('the scene', () => sceneOf(page), 'many-lights');
@@ -400,7 +408,7 @@ test('a scene is selected by its image, and a render is shown before its tiles a
     await page.reload();
     const look = page.getByTestId('first-look');
     await look.waitFor();
-    assert.equal(await look.evaluate((image) => image.decode().then(() => image.naturalWidth)), 48);
+    assert.equal(await shown(page, look), 48);
     // Without alpha a faster format is used; tests/api/images_test.py has the same query.
     const src = new URL(await look.getAttribute('src'), server.url);
     assert.match(src.pathname, /image\.jpg$/);

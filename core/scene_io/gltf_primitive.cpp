@@ -282,22 +282,18 @@ void repeat(std::vector<T>& values, const Indices& vertices) {
 
 /// Adds copies of vertices after the others.
 void repeat_vertices(GltfPrimitive& primitive, const Indices& vertices) {
-  PrimitiveDescription& p = primitive.base;
-  repeat(p.positions, vertices);
-  repeat(p.normals, vertices);
-  repeat(p.tangents, vertices);
-  repeat(p.colors, vertices);
-  for (std::size_t k = 0; k < p.uv.size(); ++k) {
-    repeat(p.uv[k], vertices);
-  }
-  for (MorphTarget& target : primitive.targets) {
-    repeat(target.positions, vertices);
-    repeat(target.normals, vertices);
-    repeat(target.tangents, vertices);
-    repeat(target.colors, vertices);
-    for (std::size_t k = 0; k < target.uv.size(); ++k) {
-      repeat(target.uv[k], vertices);
+  const auto repeat_attributes = [&vertices](auto& of) {
+    repeat(of.positions, vertices);
+    repeat(of.normals, vertices);
+    repeat(of.tangents, vertices);
+    repeat(of.colors, vertices);
+    for (std::size_t k = 0; k < of.uv.size(); ++k) {
+      repeat(of.uv[k], vertices);
     }
+  };
+  repeat_attributes(primitive.base);
+  for (MorphTarget& target : primitive.targets) {
+    repeat_attributes(target);
   }
   for (JointSet& set : primitive.joint_sets) {
     repeat(set.joints, vertices);

@@ -81,7 +81,7 @@ Bytes with_leading_zeros(const Bytes& text) {
   return out;
 }
 
-/// What of materials is read. Ka, the light that a surface has from nowhere, has no counterpart;
+/// Keywords of materials that are read. Ka, light from nowhere, has no counterpart;
 /// Ks, Ni and Tf count where illum says so.
 constexpr std::array<std::string_view, 20> kRead = {
     "newmtl", "Kd",     "Ke",     "d",    "Tr", "Ns", "Pr",     "Pm", "illum", "map_Kd",

@@ -54,6 +54,9 @@ RenderTask::Impl::Impl(std::shared_ptr<const Renderer> r, std::shared_ptr<Film> 
     pass.base = std::min(pass.base, samples);
   }
   pass.base_is_whole = pass.base == pass.target;
+  if (pass.base > 0 && pass.base_is_whole && policy.checks_at(pass.base)) {
+    --pass.base;  // The process may have ended before it decided here, so the check is due again.
+  }
   if (film->has_plan()) {
     const PlanSpan span = film->tile(0).span;  // the same for all tiles
     pass.planned_to = span.to > 0 ? span.to : first_epoch(settings());

@@ -79,20 +79,23 @@ def own():
     return next((arch for arch, name in PROCESSORS.items() if name == platform.machine()), None)
 
 
-def _libraries(work_env):
-    """The packages of docker/packages.txt that a build links, without its programs."""
+def _lines(*sections):
+    """The lines of these sections of docker/packages.txt."""
     text = (ROOT / "docker/packages.txt").read_text(encoding="utf-8")
-    sections = re.findall(r"^\[build(?:-aarch64)?\]\n(.*?)(?=\n\[|\n#|\Z)", text, re.M | re.S)
-    for line in "\n".join(sections).split():
-        if not line.startswith("lib") and not line.endswith("-dev"):
-            continue
+    found = rf"^\[(?:{'|'.join(sections)})\]\n(.*?)(?=\n\[|\n#|\Z)"
+    return "\n".join(re.findall(found, text, re.M | re.S)).split()
+
+
+def _known(lines, work_env):
+    """Of each line a|b the first package that the package sources have."""
+    for line in lines:
         for name in line.split("|"):
             shown = subprocess.run(["apt-cache", "show", name], capture_output=True, env=work_env)
             if shown.returncode == 0:
                 yield name
                 break
         else:
-            raise SystemExit(f"package: the system's package sources have no {line} for arm64")
+            raise SystemExit(f"package: the system's package sources have no {line}")
 
 
 def _unpack(archive, root, database):
@@ -128,28 +131,61 @@ def _make_links_relative(root):
                 link.symlink_to(os.path.relpath(f"{root}{target}", folder))
 
 
-def sysroot(arch, root):
-    """Fills a folder with the libraries of an architecture, by the package sources of this system.
+def _move_cmake_files(root):
+    """The same for absolute paths in CMake's descriptions of libraries (draco's, assimp's)."""
+    for file in (root / "usr").rglob("cmake/**/*.cmake"):
+        text = file.read_text(encoding="utf-8")
+        file.write_text(re.sub(r'(?<=[";:])/usr(?=[/";])', f"{root}/usr", text), encoding="utf-8")
 
-    No root rights are needed, and no database of this system changes.
+
+def fetch(arch, lines, root, alone=False):
+    """Unpacks Debian's packages of an architecture, by the package sources of this system.
+
+    alone: without those that they depend on. No root rights are needed, and no database of this
+    system changes. The folder has one of its own.
     """
-    if (root / "complete").exists():
-        return
     shutil.rmtree(root, ignore_errors=True)
     database = root / "var/lib/dpkg"
     (database / "info").mkdir(parents=True)
     (database / "info/format").write_text("1\n")  # of lists: with :arch in their names
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("state/lists/partial", "cache/archives/partial"):
-            pathlib.Path(folder, name).mkdir(parents=True)
+        archives = pathlib.Path(folder, "cache/archives")
+        for name in (pathlib.Path(folder, "state/lists/partial"), archives / "partial"):
+            name.mkdir(parents=True)
         pathlib.Path(folder, "state/status").touch()
         config = pathlib.Path(folder, "apt.conf")
         config.write_text(APT.format(arch=arch, folder=folder))
         env = os.environ | {"APT_CONFIG": str(config)}
-        subprocess.run(["apt-get", "-qq", "update"], check=True, stdout=sys.stderr, env=env)
-        install = ["apt-get", "-qq", "--download-only", "install", *_libraries(env)]
-        subprocess.run(install, check=True, stdout=sys.stderr, env=env)
-        for archive in sorted(pathlib.Path(folder, "cache/archives").glob("*.deb")):
+
+        def apt(*command, **options):
+            subprocess.run(["apt-get", "-qq", *command], check=True, stdout=sys.stderr, env=env,
+                           **options)  # fmt: skip
+
+        apt("update")
+        if alone:
+            apt("download", *_known(lines, env), cwd=archives)
+        else:
+            apt("--download-only", "install", *_known(lines, env))
+        for archive in sorted(archives.glob("*.deb")):
             _unpack(archive, root, database)
     _make_links_relative(root)
-    (root / "complete").touch()
+
+
+def sysroot(arch, root):
+    """Fills a folder with what a build for an architecture, and its unit tests, link."""
+    lines = [
+        line
+        for line in _lines("build", "build-aarch64", "converters", "unit")
+        if line.startswith("lib") or line.endswith("-dev")
+    ]
+    complete = root / "complete"  # with these lines
+    if complete.exists() and complete.read_text().split() == lines:
+        return
+    fetch(arch, lines, root)
+    _move_cmake_files(root)
+    complete.write_text("\n".join(lines) + "\n")
+
+
+def base(arch, root):
+    """Fills a folder with the packages of a container."""
+    fetch(arch, _lines("image"), root, alone=True)

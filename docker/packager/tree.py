@@ -20,8 +20,8 @@ from .machine import ROOT
 
 LIBRARIES = "lib/tessera"
 PROGRAMS = ("bin/tessera", "bin/tessera-server")
-MODULE = LIBRARIES + "/libtessera-images.so"
-CONVERTER = LIBRARIES + "/tessera-convert"  # of STL, OBJ, PLY and 3MF
+# What they load and start.
+PARTS = (LIBRARIES + "/libtessera-images.so", LIBRARIES + "/tessera-convert")
 COMPLETIONS = {
     "bash": "share/bash-completion/completions/tessera",
     "zsh": "share/zsh/site-functions/_tessera",
@@ -41,11 +41,6 @@ def formats():
     return re.findall(r'ImageFormat\{"(\w+)"', text)
 
 
-def _parts(machine):
-    """What the programs load and start. Cross builds have no converter: its tests cannot run."""
-    return (MODULE,) if machine.root else (MODULE, CONVERTER)
-
-
 def make(build, tree, machine, provided=None):
     """Fills the folder `tree` from a build.
 
@@ -56,8 +51,7 @@ def make(build, tree, machine, provided=None):
     def left_out(name):
         return elf.SYSTEM.fullmatch(name) or (provided and provided.fullmatch(name))
 
-    parts = _parts(machine)
-    for name in (*PROGRAMS, *parts):
+    for name in (*PROGRAMS, *PARTS):
         source = build / name.rpartition("/")[2]
         if not source.is_file():
             raise SystemExit(f"package: there is no {source}; build it, or name a build by --build")
@@ -68,12 +62,12 @@ def make(build, tree, machine, provided=None):
         subprocess.run([machine.tool("strip"), "--strip-all", str(place)], check=True)
     # DT_RPATH, not DT_RUNPATH: it also applies to what the libraries need, which so stay as
     # Debian built them.
-    for name in (*PROGRAMS, *parts):
-        where = "$ORIGIN" if name in parts else "$ORIGIN/../lib/tessera"
+    for name in (*PROGRAMS, *PARTS):
+        where = "$ORIGIN" if name in PARTS else "$ORIGIN/../lib/tessera"
         subprocess.run(
             ["patchelf", "--force-rpath", "--set-rpath", where, tree / name], check=True
         )
-    programs = [build / name.rpartition("/")[2] for name in (*PROGRAMS, *parts)]
+    programs = [build / name.rpartition("/")[2] for name in (*PROGRAMS, *PARTS)]
     places = {}
     for file in programs:
         places |= elf.resolved(file, machine)
@@ -102,6 +96,21 @@ def _copy_libraries(programs, places, tree, left_out, machine):
     return found, replaced
 
 
+def described(package, its_version, source, comment, licence):
+    """The entry of one of Debian's packages in an SPDX document."""
+    return {
+        "SPDXID": "SPDXRef-" + re.sub(r"[^\w.-]", "-", package),
+        "name": package,
+        "versionInfo": its_version,
+        "sourceInfo": f"Debian's source package {source}",
+        "comment": comment,
+        "downloadLocation": "NOASSERTION",
+        "licenseConcluded": "NOASSERTION",
+        "licenseDeclared": "NOASSERTION",
+        "copyrightText": f"See {licence}",
+    }
+
+
 def _describe(files, tree, machine):
     """Licences of the copied libraries, and what they are as an SPDX document."""
     doc = tree / "share/doc/tessera"
@@ -120,18 +129,9 @@ def _describe(files, tree, machine):
         query = ("dpkg-query", *machine.dpkg(), "-W", "-f", "${Version}\t${source:Package}")
         fields = elf.output(*query, package)
         package_version, source = fields.split("\t")
+        files_text = "Files: " + ", ".join(names)
         entries.append(
-            {
-                "SPDXID": "SPDXRef-" + re.sub(r"[^\w.-]", "-", package),
-                "name": package,
-                "versionInfo": package_version,
-                "sourceInfo": f"Debian's source package {source}",
-                "comment": "Files: " + ", ".join(names),
-                "downloadLocation": "NOASSERTION",
-                "licenseConcluded": "NOASSERTION",
-                "licenseDeclared": "NOASSERTION",
-                "copyrightText": f"See licences/{package}",
-            }
+            described(package, package_version, source, files_text, f"licences/{package}")
         )
     text = {
         "spdxVersion": "SPDX-2.3",

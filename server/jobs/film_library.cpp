@@ -240,7 +240,10 @@ core::Result<std::uint64_t> FilmLibrary::write_new(const std::string& id, const 
 }
 
 void FilmLibrary::remove_loose(const std::string& id) {
-  const Status removed = remove_file(parts_.data.film_path(id));
+  Status removed = remove_file(parts_.data.film_path(id));
+  if (removed) {  // Otherwise a power failure could bring back a file that nothing refers to.
+    removed = sync_directory(parts_.data.films_path());
+  }
   const Status forgotten = removed ? parts_.table.forget_loose_film(id) : removed;
   if (!forgotten) {
     parts_.log.write(LogLevel::kWarning, "loose_film_stays",

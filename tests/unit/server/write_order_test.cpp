@@ -1,6 +1,6 @@
 // Order of writes and syncs: a crash of the machine may lose any write that no sync follows, so
 // what refers to data is written after the sync of the data. This program's own pwrite(),
-// fdatasync(), fsync() and rename() record the calls of one thread and make them.
+// fdatasync(), fsync(), rename() and unlink() record the calls of one thread and make them.
 #include <algorithm>
 #include <regex>
 #include <string>
@@ -13,6 +13,7 @@
 
 #include "server/store/blob_store.h"
 #include "server/store/film_file.h"
+#include "tests/unit/server/jobs_fixture.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
@@ -31,7 +32,7 @@ bool is_directory(int fd) {
 }
 
 /// Returns the calls of `act` in order. w: a write; s: a sync of a file; d: of a directory; r: a
-/// rename.
+/// rename; u: a removal.
 template <typename Act>
 std::string calls_of(const Act& act) {
   std::string calls;
@@ -63,6 +64,11 @@ int fsync(int fd) {
 int rename(const char* from, const char* to) noexcept {
   record('r');
   return static_cast<int>(::syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+}
+
+int unlink(const char* path) noexcept {
+  record('u');
+  return static_cast<int>(::syscall(SYS_unlinkat, AT_FDCWD, path, 0));
 }
 
 }  // extern "C"
@@ -98,6 +104,17 @@ TEST(WriteOrder, AnAssetGetsItsNameAfterItsContentIsOnTheDisk) {
   ASSERT_TRUE(store);
   const std::string calls = calls_of([&] { EXPECT_TRUE(store->put("abc")); });
   EXPECT_TRUE(std::regex_match(calls, std::regex("w+srd+"))) << calls;
+}
+
+class WriteOrderOfJobs : public test_support::JobsFixture {};
+
+// Otherwise the file could come back after a power failure, and belong to no job, or to a later job
+// with the same id.
+TEST_F(WriteOrderOfJobs, AFilmIsGoneFromTheDiskBeforeTheStoreForgetsIt) {
+  const auto job = submit(2);
+  ASSERT_TRUE(wait_for(job, api::JobState::kFinished));
+  const std::string calls = calls_of([&] { EXPECT_TRUE(jobs->remove(job)); });
+  EXPECT_TRUE(std::regex_match(calls, std::regex("[^u]*ud[^u]+"))) << calls;
 }
 
 }  // namespace

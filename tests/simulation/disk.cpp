@@ -1,0 +1,432 @@
+#include "tests/simulation/disk.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdarg>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include "tests/simulation/real.h"
+
+namespace simulation {
+namespace {
+
+constexpr std::uint64_t kSector = 512;
+constexpr std::uint64_t kPage = 4096;
+
+struct Change {
+  std::uint64_t offset = 0;
+  std::string before = {};
+  std::string after = {};
+  std::uint64_t size_before = 0;
+  std::uint64_t size_after = 0;
+};
+
+struct Name {
+  enum class Kind : std::uint8_t { kCreated, kRenamed, kRemoved };
+  Kind kind = Kind::kCreated;
+  std::string path;
+  std::string from = {};   ///< Of a renamed file.
+  std::string trash = {};  ///< Where the file is that had the name before; empty: none.
+};
+
+struct File {
+  std::string path;
+  std::vector<Change> unsynced;
+};
+
+struct State {
+  State(std::string folder, DiskFaults given)
+      : root(std::move(folder)), faults(std::move(given)), random(faults.seed) {}
+  std::string root;
+  DiskFaults faults;
+  Random random;
+  std::uint64_t operations = 0;
+  std::map<int, ino_t> open;
+  std::map<ino_t, File> files;
+  std::vector<Name> names;
+  std::uint64_t removed = 0;
+  std::optional<std::uint64_t> room;  ///< Bytes that files may grow by; empty: not full.
+};
+
+State* disk = nullptr;
+
+bool is_ours(const char* path) {
+  return disk != nullptr && is_simulated() && std::string_view(path).starts_with(disk->root);
+}
+
+File* file_of(int fd) {
+  if (disk == nullptr || !is_simulated()) {
+    return nullptr;
+  }
+  const auto found = disk->open.find(fd);
+  return found == disk->open.end() ? nullptr : &disk->files[found->second];
+}
+
+std::uint64_t size_of(int fd) {
+  struct stat info = {};
+  ::fstat(fd, &info);
+  return static_cast<std::uint64_t>(info.st_size);
+}
+
+std::string read_back(int fd, std::uint64_t offset, std::size_t count) {
+  std::string bytes(count, '\0');
+  const ssize_t got = real::pread(fd, bytes.data(), count, static_cast<off_t>(offset));
+  bytes.resize(got < 0 ? 0 : static_cast<std::size_t>(got));
+  return bytes;
+}
+
+/// Returns whether the process ends now.
+bool count_operation() { return ++disk->operations == disk->faults.end_at; }
+
+void end() {
+  if (disk->faults.loses_power) {
+    lose_power();
+  }
+  disk->faults.end();
+}
+
+void end_if_due() {
+  if (count_operation()) {
+    end();
+  }
+}
+
+bool grows_too_far(std::uint64_t from, std::uint64_t to) {
+  if (disk->room && to > from && to - from > *disk->room) {
+    return true;
+  }
+  if (disk->room) {
+    *disk->room = *disk->room + from - to;
+  }
+  return false;
+}
+
+/// Makes a change and keeps it apart. act: makes it.
+template <typename Act>
+auto change(int fd, File& file, Change made, const Act& act) {
+  made.size_before = size_of(fd);
+  made.before = read_back(fd, made.offset, made.after.size());
+  const auto result = act();
+  made.size_after = size_of(fd);
+  file.unsynced.push_back(std::move(made));
+  return result;
+}
+
+ssize_t write_to(int fd, File& file, const void* bytes, std::size_t count, off_t offset) {
+  const auto at = static_cast<std::uint64_t>(offset);
+  const bool ends = count_operation();
+  const std::size_t whole = count;
+  if (ends) {  // Linux heeds a signal between the pages of a write.
+    const std::size_t most = disk->random.below(count + 1);
+    const std::size_t page_end = (at + most) / kPage * kPage;
+    count = most == count ? count : page_end > at ? page_end - at : 0;
+  }
+  const std::uint64_t size = size_of(fd);
+  if (grows_too_far(size, std::max(size, at + count))) {
+    errno = ENOSPC;
+    return -1;
+  }
+  const Change made{.offset = at, .after = std::string(static_cast<const char*>(bytes), count)};
+  const ssize_t written =
+      change(fd, file, made, [&] { return real::pwrite(fd, bytes, count, offset); });
+  if (ends) {
+    end();
+  }
+  return count == whole ? written : static_cast<ssize_t>(whole);
+}
+
+int cut(int fd, File& file, off_t size) {
+  end_if_due();
+  const std::uint64_t before = size_of(fd);
+  const auto after = static_cast<std::uint64_t>(size);
+  if (grows_too_far(before, after)) {
+    errno = ENOSPC;
+    return -1;
+  }
+  // What is cut off can come back.
+  Change made{.offset = std::min(before, after)};
+  made.after.resize(before > after ? before - after : 0);
+  return change(fd, file, made, [&] { return real::ftruncate(fd, size); });
+}
+
+int sync(int fd, File& file) {
+  end_if_due();
+  if (disk->faults.sync_mean > 0) {
+    sleep_for(static_cast<Nanoseconds>(
+        disk->random.exponential(static_cast<double>(disk->faults.sync_mean))));
+  }
+  file.unsynced.clear();
+  const auto named = std::find_if(disk->names.begin(), disk->names.end(), [&](const Name& name) {
+    return name.kind == Name::Kind::kCreated && name.path == file.path;
+  });
+  if (named != disk->names.end()) {
+    disk->names.erase(disk->names.begin(), named + 1);
+  }
+  static_cast<void>(fd);
+  return 0;
+}
+
+std::string trash_of(const std::string& path) {
+  struct stat info = {};
+  if (::stat(path.c_str(), &info) != 0) {
+    return "";
+  }
+  if (disk->room) {
+    *disk->room += static_cast<std::uint64_t>(info.st_size);
+  }
+  const std::string trash = disk->root + ".trash" + std::to_string(++disk->removed);
+  real::rename(path.c_str(), trash.c_str());
+  if (const auto found = disk->files.find(info.st_ino); found != disk->files.end()) {
+    found->second.path = trash;
+  }
+  return trash;
+}
+
+void take_back(const Name& name) {
+  if (name.kind == Name::Kind::kCreated) {
+    real::unlink(name.path.c_str());
+  } else if (name.kind == Name::Kind::kRenamed) {
+    real::rename(name.path.c_str(), name.from.c_str());
+  }
+  if (!name.trash.empty()) {
+    real::rename(name.trash.c_str(), name.path.c_str());
+  }
+}
+
+/// Keeps any sectors of any changes, in their order.
+void lose_changes(const File& file) {
+  const int fd = real::open(file.path.c_str(), O_RDWR | O_CLOEXEC, 0);
+  if (fd < 0 || file.unsynced.empty()) {
+    return;
+  }
+  for (auto change = file.unsynced.rbegin(); change != file.unsynced.rend(); ++change) {
+    real::pwrite(fd, change->before.data(), change->before.size(),
+                 static_cast<off_t>(change->offset));
+    real::ftruncate(fd, static_cast<off_t>(change->size_before));
+  }
+  const double share = disk->random.chance(0.3) ? 0 : disk->random.uniform();
+  for (const Change& change : file.unsynced) {
+    const bool cuts = change.size_after < change.size_before;
+    if (cuts) {
+      if (disk->random.chance(share)) {
+        real::ftruncate(fd, static_cast<off_t>(change.size_after));
+      }
+      continue;
+    }
+    for (std::uint64_t from = 0; from < change.after.size();) {
+      const std::uint64_t sector = kSector - (change.offset + from) % kSector;
+      const std::uint64_t count = std::min<std::uint64_t>(sector, change.after.size() - from);
+      if (disk->random.chance(share)) {
+        real::pwrite(fd, change.after.data() + from, count,
+                     static_cast<off_t>(change.offset + from));
+      }
+      from += count;
+    }
+  }
+  ::close(fd);
+}
+
+int open_file(const char* path, int flags, mode_t mode) {
+  if (std::strcmp(path, "/dev/urandom") == 0 && is_simulated()) {
+    path = "/dev/zero";  // SQLite's salts.
+  }
+  if (!is_ours(path)) {
+    return real::open(path, flags, mode);
+  }
+  struct stat info = {};
+  const bool is_new = (flags & O_CREAT) != 0 && ::stat(path, &info) != 0;
+  if (is_new) {
+    end_if_due();
+  }
+  const int fd = real::open(path, flags, mode);
+  if (fd < 0 || ::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+    return fd;
+  }
+  disk->open[fd] = info.st_ino;
+  disk->files[info.st_ino].path = path;
+  if (is_new) {
+    disk->files[info.st_ino].unsynced.clear();  // Of another file that had the number before.
+    disk->names.push_back({.kind = Name::Kind::kCreated, .path = path});
+  }
+  return fd;
+}
+
+}  // namespace
+
+void use_disk(const std::string& root, DiskFaults faults) {
+  disk = new State(root, std::move(faults));  // Lives as long as the process.
+}
+
+void lose_power() {
+  for (const auto& [inode, file] : disk->files) {
+    lose_changes(file);
+  }
+  std::size_t lost = disk->names.empty() ? 0 : disk->random.below(disk->names.size() + 1);
+  for (auto name = disk->names.rbegin(); lost > 0; ++name, --lost) {
+    take_back(*name);
+  }
+}
+
+void spare_process() { disk->faults.end_at = 0; }
+
+void set_disk_full(bool is_full) {
+  disk->room = is_full ? std::optional<std::uint64_t>(0) : std::nullopt;
+}
+
+std::uint64_t disk_operations() { return disk->operations; }
+
+}  // namespace simulation
+
+using simulation::disk;
+using simulation::file_of;
+using simulation::is_ours;
+namespace real = simulation::real;
+
+extern "C" {
+
+int open(const char* path, int flags, ...) {
+  va_list list;
+  va_start(list, flags);
+  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(list, mode_t) : 0;
+  va_end(list);
+  return simulation::open_file(path, flags, mode);
+}
+
+int open64(const char* path, int flags, ...) {
+  va_list list;
+  va_start(list, flags);
+  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(list, mode_t) : 0;
+  va_end(list);
+  return simulation::open_file(path, flags, mode);
+}
+
+int close(int fd) {
+  if (file_of(fd) != nullptr) {
+    disk->open.erase(fd);
+  }
+  return real::close(fd);
+}
+
+ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) {
+  simulation::File* file = file_of(fd);
+  return file != nullptr ? simulation::write_to(fd, *file, bytes, count, offset)
+                         : real::pwrite(fd, bytes, count, offset);
+}
+
+ssize_t pwrite64(int fd, const void* bytes, size_t count, off64_t offset) {
+  return pwrite(fd, bytes, count, offset);
+}
+
+int ftruncate(int fd, off_t size) noexcept {
+  simulation::File* file = file_of(fd);
+  return file != nullptr ? simulation::cut(fd, *file, size) : real::ftruncate(fd, size);
+}
+
+int ftruncate64(int fd, off64_t size) noexcept { return ftruncate(fd, size); }
+
+/// Punches holes.
+int fallocate(int fd, int mode, off_t offset, off_t count) {
+  simulation::File* file = file_of(fd);
+  if (file == nullptr) {
+    return real::fallocate(fd, mode, offset, count);
+  }
+  simulation::end_if_due();
+  const std::uint64_t size = simulation::size_of(fd);
+  const auto from = static_cast<std::uint64_t>(offset);
+  const auto most = from < size ? std::min(size - from, static_cast<std::uint64_t>(count)) : 0;
+  const simulation::Change made{.offset = from, .after = std::string(most, '\0')};
+  return simulation::change(fd, *file, made,
+                            [&] { return real::fallocate(fd, mode, offset, count); });
+}
+
+int fallocate64(int fd, int mode, off64_t offset, off64_t count) {
+  return fallocate(fd, mode, offset, count);
+}
+
+int posix_fallocate(int fd, off_t offset, off_t count) {
+  simulation::File* file = file_of(fd);
+  if (file == nullptr) {
+    return real::posix_fallocate(fd, offset, count);
+  }
+  const auto size = static_cast<off_t>(simulation::size_of(fd));
+  return offset + count <= size || simulation::cut(fd, *file, offset + count) == 0 ? 0 : ENOSPC;
+}
+
+int posix_fallocate64(int fd, off64_t offset, off64_t count) {
+  return posix_fallocate(fd, offset, count);
+}
+
+int fdatasync(int fd) {
+  simulation::File* file = file_of(fd);
+  return file != nullptr ? simulation::sync(fd, *file) : real::fdatasync(fd);
+}
+
+int fsync(int fd) {
+  if (simulation::File* file = file_of(fd)) {
+    return simulation::sync(fd, *file);
+  }
+  if (disk != nullptr && simulation::is_simulated()) {  // A folder.
+    simulation::end_if_due();
+    disk->names.clear();
+    return 0;
+  }
+  return real::fsync(fd);
+}
+
+int rename(const char* from, const char* to) noexcept {
+  if (!is_ours(to)) {
+    return real::rename(from, to);
+  }
+  simulation::end_if_due();
+  const std::string trash = simulation::trash_of(to);
+  const int failed = real::rename(from, to);
+  disk->names.push_back(
+      {.kind = simulation::Name::Kind::kRenamed, .path = to, .from = from, .trash = trash});
+  for (auto& [inode, file] : disk->files) {
+    if (file.path == from) {
+      file.path = to;
+    }
+  }
+  return failed;
+}
+
+int unlink(const char* path) noexcept {
+  if (!is_ours(path)) {
+    return real::unlink(path);
+  }
+  simulation::end_if_due();
+  const std::string trash = simulation::trash_of(path);
+  if (trash.empty()) {
+    errno = ENOENT;
+    return -1;
+  }
+  disk->names.push_back({.kind = simulation::Name::Kind::kRemoved, .path = path, .trash = trash});
+  return 0;
+}
+
+int statvfs(const char* path, struct statvfs* info) noexcept {
+  const int failed = real::statvfs(path, info);
+  if (is_ours(path) && disk->room) {
+    info->f_bavail = *disk->room / info->f_frsize;
+  }
+  return failed;
+}
+
+int statvfs64(const char* path, struct statvfs64* info) noexcept {
+  struct statvfs plain = {};
+  const int failed = ::statvfs(path, &plain);
+  static_assert(sizeof *info == sizeof plain);
+  std::memcpy(info, &plain, sizeof plain);
+  return failed;
+}
+
+}  // extern "C"

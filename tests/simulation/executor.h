@@ -1,0 +1,84 @@
+/// Executor: runs the threads of this process one at a time, in virtual time, in an order that
+/// follows from a seed.
+///
+/// machine.cpp replaces the functions of the C library that create threads, wait, lock and read the
+/// time; they call this. A thread runs until it waits, ends, or a draw at a lock says that another
+/// one goes on. When every thread waits, the time jumps to the earliest deadline. Threads that were
+/// not started by a simulated thread are left alone.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include <pthread.h>
+
+namespace simulation {
+
+using Nanoseconds = std::int64_t;
+inline constexpr Nanoseconds kSecond = 1'000'000'000;
+inline constexpr Nanoseconds kNever = std::numeric_limits<Nanoseconds>::max();
+
+/// Numbers that follow from a seed. Source: SplitMix64, Steele et al. 2014.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t next();
+  /// In [0, 1).
+  double uniform();
+  /// In [0, count).
+  std::size_t below(std::size_t count) { return next() % count; }
+  bool chance(double probability) { return uniform() < probability; }
+  /// Of a distribution with that mean.
+  double exponential(double mean);
+
+ private:
+  std::uint64_t state_;
+};
+
+struct Schedule {
+  std::uint64_t seed = 0;
+  Nanoseconds start = 0;  ///< The monotonic clock at the start.
+  /// Chance that another thread goes on before a lock is taken.
+  double preempt = 0.01;
+  /// Chance that the thread stands still there for some seconds, as on a machine that swaps.
+  double stall = 0;
+  /// Mean CPU time between two readings of a thread's CPU clock: the cost of rendering.
+  Nanoseconds slice_mean = kSecond / 100;
+  /// Called when every thread waits without a deadline, with what they wait for. Must not return.
+  std::function<void(const std::string&)> on_deadlock = {};
+};
+
+/// The calling thread becomes the first simulated one. Once per process.
+void begin(Schedule schedule);
+/// Whether the calling thread is simulated and may be switched.
+bool is_simulated();
+Nanoseconds now();
+/// The time since 1970 that the server reads.
+Nanoseconds unix_now();
+Random& randomness();
+void sleep_for(Nanoseconds time);
+/// No other thread goes on while an object of this class lives, unless this thread waits.
+class Undisturbed {
+ public:
+  Undisturbed();
+  ~Undisturbed();
+  Undisturbed(const Undisturbed&) = delete;
+  Undisturbed& operator=(const Undisturbed&) = delete;
+};
+
+// For machine.cpp; all of a simulated thread.
+int create_thread(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*),
+                  void* argument);
+/// Waits for the end of a thread; no effect for one that is not simulated.
+void wait_for_end(pthread_t thread);
+/// Lets another thread go on, perhaps.
+void pass();
+/// Waits until wake(address) or the deadline; returns false at the deadline.
+bool wait(const void* address, Nanoseconds deadline);
+void wake(const void* address, bool all);
+/// The thread's CPU time; reading it costs some, as rendering does.
+Nanoseconds spend_cpu();
+
+}  // namespace simulation

@@ -1,0 +1,608 @@
+#include "tests/simulation/life.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <unistd.h>
+
+#include "api/job/job_spec.h"
+#include "server/jobs/job_service.h"
+#include "server/observe/log.h"
+#include "server/observe/memory_gate.h"
+#include "server/observe/metrics.h"
+#include "server/scenes/scene_service.h"
+#include "server/store/assets.h"
+#include "server/store/blob_store.h"
+#include "server/store/data_dir.h"
+#include "server/store/database.h"
+#include "server/store/job_table.h"
+#include "server/store/scene_table.h"
+#include "server/store/storage_quota.h"
+#include "server/store/uuid.h"
+#include "tests/simulation/disk.h"
+
+namespace simulation {
+namespace {
+
+using api::JobState;
+using server::Access;
+using server::JobPointer;
+
+constexpr int kTenants = 4;
+constexpr std::size_t kJobsOfTenant = 10;
+/// Nothing fails from this time of a shift on, and clients only wait for their jobs.
+constexpr Nanoseconds kCalm = kShift - kHour;
+
+/// Pictures of a few pixels and of two tiles. The last one also counts particles of light
+/// (core/integrators/census.h), which takes long; scattering media have no census.
+struct Kind {
+  std::string_view integrator;
+  std::string_view medium;
+  int width;
+  int height;
+};
+constexpr std::string_view kPath = R"("path", "max_depth": 2)";
+constexpr std::string_view kHaze = R"("medium": {"scattering": [0.1, 0.1, 0.1]},
+  "estimator": {"splitting": {"type": "none"}}, )";
+constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1},
+                               Kind{kPath, kHaze, 33, 1}, Kind{R"("direct")", "", 2, 2}};
+constexpr double kLastKind = 0.02;
+constexpr std::array kSamples = {2, 4, 8, 16, 32};
+
+std::string body_of(int kind, int samples) {
+  const Kind& row = kKinds[static_cast<std::size_t>(kind)];
+  return R"({"scene": "cornell-box", "integrator": {"type": )" + std::string(row.integrator) +
+         "}, " + std::string(row.medium) + R"("film": {"width": )" + std::to_string(row.width) +
+         R"(, "height": )" + std::to_string(row.height) + R"(}, "stop": {"samples_per_pixel": )" +
+         std::to_string(samples) + "}}";
+}
+
+/// Kind and samples of a new job; the samples can be extended.
+std::string draw_job(Random& random) {
+  const std::size_t last = kKinds.size() - 1;
+  return std::to_string(random.chance(kLastKind) ? last : random.below(last)) + " " +
+         std::to_string(kSamples[random.below(kSamples.size() - 1)]);
+}
+
+/// The server without HTTP.
+struct Server {
+  server::Log log{server::LogLevel::kOff};
+  server::Metrics metrics;
+  std::optional<server::DataDir> data;
+  std::unique_ptr<server::Database> database;
+  std::optional<server::BlobStore> blobs;
+  std::optional<server::Assets> assets;
+  std::optional<server::JobTable> table;
+  std::optional<server::SceneTable> scene_table;
+  std::optional<server::StorageQuota> quota;
+  std::optional<server::MemoryGate> memory;
+  std::optional<server::SceneService> scenes;
+  std::optional<server::JobService> jobs;
+  std::int64_t run = 0;
+
+  /// Returns what failed; empty: nothing.
+  std::string start(const std::string& path, std::uint64_t memory_bytes) {
+    auto opened_data = server::DataDir::open(path);
+    if (!opened_data) {
+      return opened_data.error().message;
+    }
+    data.emplace(*std::move(opened_data));
+    auto opened = server::Database::open(data->database_path());
+    if (!opened) {
+      return opened.error().message;
+    }
+    database = *std::move(opened);
+    auto store = server::BlobStore::open(data->assets_path());
+    if (!store) {
+      return store.error().message;
+    }
+    blobs.emplace(*std::move(store));
+    assets.emplace(*database, *blobs);
+    table.emplace(*database);
+    scene_table.emplace(*database);
+    quota.emplace(*database, server::StorageLimits{});
+    memory.emplace(memory_bytes);
+    scenes.emplace(*assets, *scene_table, *quota, *memory, server::SceneServiceOptions{});
+    const auto number = table->next_run();
+    if (!number) {
+      return number.error().message;
+    }
+    run = *number;
+    server::JobServiceOptions options;
+    options.threads = 2;
+    options.book.running_max = 3;
+    jobs.emplace(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory},
+                 options, run);
+    const auto resumed = jobs->resume();
+    return resumed ? "" : resumed.error().message;
+  }
+};
+
+/// A life as its threads see it.
+class World {
+ public:
+  World(const Life& life, Ledger& ledger) : life_(life), ledger_(ledger) {}
+
+  [[noreturn]] void end(Ending ending) {
+    ledger_.note(0, "end " + std::to_string(static_cast<int>(ending)) + " operations " +
+                        std::to_string(disk_operations()));
+    ::_exit(static_cast<int>(ending));
+  }
+  [[noreturn]] void fail(const std::string& words) {
+    ledger_.note(0, "VIOLATION " + words);
+    ::_exit(static_cast<int>(Ending::kViolation));
+  }
+  void begin(bool is_quick);
+  void start();
+  [[noreturn]] void play();
+  [[noreturn]] void render_all();
+
+ private:
+  void play_tenant(int tenant);
+  void act(int tenant, Random& random);
+  api::ParsedJob parsed(int kind, int samples) {
+    auto request = api::parse_job(body_of(kind, samples));
+    if (!request) {
+      fail("a request is refused: " + api::problem_json(request.problem(), ""));
+    }
+    return *std::move(request);
+  }
+  void submit(int tenant, const std::string& id);
+  /// Returns the job if it is there; checks that it is as it was acknowledged.
+  JobPointer look(int tenant, const std::string& id);
+  void check_view(const std::string& id, const KnownJob& known, const api::JobView& view);
+  void check_events(int tenant, const std::string& id, const JobPointer& job);
+  void check_film(const std::string& id, const JobPointer& job);
+  void note_answer(int tenant, const std::string& verb, const std::string& id,
+                   const server::Verdict& verdict);
+  void ask(int tenant, const std::string& verb, const std::string& id,
+           const std::string& more = "") {
+    ledger_.note(tenant, "ask-" + verb + " " + id + (more.empty() ? "" : " " + more));
+  }
+  std::vector<std::string> ids_of(int tenant);
+  Nanoseconds time_of_shift() const { return now() % kShift; }
+  bool is_calm() const { return time_of_shift() >= kCalm; }
+  void operate(Random& random);
+  void settle(int tenant);
+  void check_rest();
+
+  const Life& life_;
+  Ledger& ledger_;
+  Server server_;
+  std::uint64_t memory_bytes_ = 0;
+  double think_seconds_ = 120;
+  std::optional<Nanoseconds> stop_at_;
+  bool is_full_ = false;
+  bool was_full_ = false;  ///< Some events are in memory only.
+  bool is_draining_ = false;
+  std::vector<bool> is_settled_ = std::vector<bool>(kTenants + 1, false);
+};
+
+std::string access_name(int tenant) { return "tenant" + std::to_string(tenant); }
+
+void World::begin(bool is_quick) {
+  Random random(life_.seed * 1'000'003 + life_.number);
+  constexpr std::array kPreempts = {0.0, 0.002, 0.02, 0.2};
+  constexpr std::array kStalls = {0.0, 0.0, 1e-5, 1e-4};
+  constexpr std::array<Nanoseconds, 3> kSlices = {kSecond / 100, kSecond / 4, 3 * kSecond};
+  constexpr std::array<Nanoseconds, 3> kSyncs = {0, kSecond / 200, kSecond};
+  Schedule schedule{.seed = random.next(), .start = life_.start};
+  schedule.preempt = kPreempts[random.below(kPreempts.size())];
+  schedule.stall = is_quick ? 0 : kStalls[random.below(kStalls.size())];
+  schedule.slice_mean = is_quick ? kSlices[0] : kSlices[random.below(kSlices.size())];
+  schedule.on_deadlock = [this](const std::string& words) { fail(words); };
+  DiskFaults faults{.seed = random.next()};
+  faults.sync_mean = kSyncs[random.below(kSyncs.size())];
+  faults.loses_power = random.chance(0.4);
+  if (life_.is_faulty && random.chance(0.9)) {
+    const double mean = random.chance(0.2) ? 60 : 4000;  // Soon after the start, or later.
+    faults.end_at = 1 + static_cast<std::uint64_t>(random.exponential(mean));
+  }
+  if (life_.is_faulty && random.chance(0.1)) {
+    stop_at_ = life_.start + static_cast<Nanoseconds>(random.uniform() * 5 * 3600) * kSecond;
+  }
+  faults.end = [this, power = faults.loses_power] {
+    end(power ? Ending::kPowerLost : Ending::kKilled);
+  };
+  simulation::begin(std::move(schedule));
+  use_disk(life_.root + "/", std::move(faults));
+}
+
+void World::start() {
+  ledger_.note(0, "start " + std::to_string(life_.number));
+  const std::string failed = server_.start(life_.root + "/data", memory_bytes_);
+  const std::string damage = server_.database ? server_.database->damage() : failed;
+  if (life_.expects_damage) {
+    if (damage.empty()) {
+      fail("a damaged log was not noticed");
+    }
+    ledger_.note(0, "fresh");
+    end(Ending::kStopped);
+  }
+  if (!failed.empty()) {
+    fail("the server does not start: " + failed);
+  }
+  if (!damage.empty()) {
+    fail("damage without a cause: " + damage);
+  }
+}
+
+std::vector<std::string> World::ids_of(int tenant) {
+  std::vector<std::string> ids;
+  for (const auto& [id, job] : ledger_.jobs()) {
+    if (job.tenant == tenant) {
+      ids.push_back(id);
+    }
+  }
+  return ids;
+}
+
+void World::note_answer(int tenant, const std::string& verb, const std::string& id,
+                        const server::Verdict& verdict) {
+  ledger_.note(tenant, (verdict ? "ok-" : "no-") + verb + " " + id +
+                           (verdict ? "" : " " + verdict.problem().detail));
+  if (verdict.is(core::ErrorCode::kNoSpace) && (verb == "cancel" || verb == "pause")) {
+    fail("a full disk refuses to " + verb + " job " + id);
+  }
+}
+
+void World::submit(int tenant, const std::string& id) {
+  const KnownJob known = ledger_.jobs()[id];
+  const auto submitted = server_.jobs->submit(parsed(known.kind, known.samples),
+                                              {.access = Access::of(access_name(tenant)),
+                                               .body_hash = body_of(known.kind, known.samples),
+                                               .id = id});
+  if (submitted) {
+    ledger_.note(tenant, "ok-submit " + id);
+  } else {
+    ledger_.note(tenant, "no-submit " + id + " " + submitted.problem().detail);
+  }
+}
+
+void World::check_view(const std::string& id, const KnownJob& known, const api::JobView& view) {
+  const std::string state(api::to_text(view.state));
+  const int samples = view.spec.stop.samples_per_pixel.value_or(0);
+  const bool may_extend = known.asked == "extend" && samples == known.asked_samples;
+  if (samples != known.samples && !may_extend) {
+    fail("job " + id + " has " + std::to_string(samples) + " samples, not " +
+         std::to_string(known.samples));
+  }
+  if (!known.end.empty() && state != known.end && !may_extend && known.asked != "retry") {
+    fail("job " + id + " was " + known.end + " and is " + state);
+  }
+  if (known.is_cancelled && !api::is_final(view.state)) {
+    fail("job " + id + " was cancelled and is " + state);
+  }
+  if (known.is_paused && known.asked.empty() && view.state != JobState::kPaused &&
+      !api::is_final(view.state)) {
+    fail("job " + id + " was paused and is " + state);
+  }
+  if (view.state == JobState::kFailed) {
+    fail("job " + id + " failed: " + (view.failure ? view.failure->detail : ""));
+  }
+  if (view.state == JobState::kFinished &&
+      view.film_digest != ledger_.digest(known.kind, samples)) {
+    fail("job " + id + " has the digest " + view.film_digest + ", undisturbed " +
+         ledger_.digest(known.kind, samples));
+  }
+}
+
+void World::check_events(int tenant, const std::string& id, const JobPointer& job) {
+  const KnownJob& known = ledger_.jobs()[id];
+  const auto live = job->log().read_after(0, std::numeric_limits<std::size_t>::max());
+  const auto stored = server_.jobs->journal().events_after(*job, 0, 0);
+  if (!stored) {
+    fail("events of job " + id + ": " + stored.error().message);
+  }
+  std::uint64_t hash = 0;
+  std::size_t count = 0;
+  std::size_t place = 0;
+  std::pair<std::int64_t, std::uint64_t> last = {-1, 0};
+  for (const server::EventRow& event : *stored) {
+    const std::pair<std::int64_t, std::uint64_t> mark = {event.stream, event.seq};
+    if (mark <= last) {
+      fail("events of job " + id + " are not in order");
+    }
+    last = mark;
+    hash = hash * 1099511628211U + std::hash<std::string>()(event.type + event.data) + event.seq;
+    if (++count == known.events && hash != known.events_hash) {
+      fail("earlier events of job " + id + " have changed");
+    }
+    if (was_full_ || event.stream != server_.run ||
+        job->history() != server::Job::History::kInLog) {
+      continue;
+    }
+    while (place < live.size() && live[place].data.empty()) {
+      ++place;
+    }
+    if (place < live.size()) {
+      if (live[place].seq != event.seq || live[place].data != event.data) {
+        fail("event " + std::to_string(event.seq) + " of job " + id +
+             " is not the one that was published");
+      }
+      ++place;
+    }
+  }
+  if (count < known.events) {
+    fail("events of job " + id + " are lost");
+  }
+  if (count > known.events) {
+    ledger_.note(tenant, "events " + id + " " + std::to_string(count) + " " + std::to_string(hash));
+  }
+}
+
+void World::check_film(const std::string& id, const JobPointer& job) {
+  const KnownJob known = ledger_.jobs()[id];
+  const auto film = server_.jobs->films().final_film(*job, {});
+  const JobState state = job->state();
+  if (state != JobState::kFinished || known.is_damaged) {
+    return;
+  }
+  const std::string expected = ledger_.digest(known.kind, known.samples);
+  if (!film) {
+    fail("the film of job " + id + " is lost: " + film.error().message);
+  }
+  if ((*film)->digest() != expected) {
+    fail("the film of job " + id + " has the digest " + (*film)->digest() + ", undisturbed " +
+         expected);
+  }
+}
+
+JobPointer World::look(int tenant, const std::string& id) {
+  const KnownJob known = ledger_.jobs()[id];
+  const auto job = server_.jobs->find(id, Access::of(access_name(tenant)));
+  if (!job) {
+    const bool may_be_gone = known.is_removed || known.asked == "remove" ||
+                             (!known.is_there && (known.asked == "submit" || known.asked.empty()));
+    if (!may_be_gone) {
+      fail("job " + id + " is lost: " + job.error().message);
+    }
+    if (!known.is_removed) {
+      ledger_.note(tenant, "gone " + id);
+    }
+    return nullptr;
+  }
+  if (known.is_removed) {
+    fail("job " + id + " was removed and is there");
+  }
+  if (server_.jobs->find(id, Access::of(access_name(tenant % kTenants + 1)))) {
+    fail("another tenant sees job " + id);
+  }
+  const api::JobView view = server_.jobs->view(**job);
+  check_view(id, known, view);
+  const std::string state(api::to_text(view.state));
+  if (!known.asked.empty() || (api::is_final(view.state) && known.end != state)) {
+    ledger_.note(tenant, "saw " + id + " " + state + " " +
+                             std::to_string(view.spec.stop.samples_per_pixel.value_or(0)));
+  }
+  check_events(tenant, id, *job);
+  return *job;
+}
+
+void World::act(int tenant, Random& random) {
+  const std::vector<std::string> ids = ids_of(tenant);
+  if (ids.size() < 2 || (ids.size() < kJobsOfTenant && random.chance(0.3))) {
+    const std::string id = server::make_uuid();
+    ask(tenant, "submit", id, draw_job(random));
+    submit(tenant, id);
+    return;
+  }
+  const std::string id = ids[random.below(ids.size())];
+  const JobPointer job = look(tenant, id);
+  if (!job) {
+    ledger_.note(tenant, "forget " + id);
+    return;
+  }
+  server::JobService& jobs = *server_.jobs;
+  const auto patch = [&](const std::string& verb, const std::string& body) {
+    ask(tenant, verb, id);
+    note_answer(tenant, verb, id,
+                jobs.patch(job, body, std::nullopt, Access::of(access_name(tenant))));
+  };
+  const bool has_ended = api::is_final(job->state());
+  switch (random.below(has_ended ? 4 : 6)) {
+    case 0:
+      if (has_ended) {
+        check_film(id, job);
+      } else {
+        patch("rank", R"({"priority": )" + std::to_string(random.below(3)) + "}");
+      }
+      break;
+    case 1:
+    case 2:
+      if (has_ended && job->state() == JobState::kFinished && random.chance(0.4)) {
+        const int samples = kSamples[1 + random.below(kSamples.size() - 1)];
+        ask(tenant, "extend", id, std::to_string(samples));
+        note_answer(tenant, "extend", id,
+                    jobs.extend(job, R"({"stop": {"samples_per_pixel": )" +
+                                         std::to_string(samples) + "}}"));
+      } else if (has_ended) {
+        ask(tenant, "remove", id);
+        note_answer(tenant, "remove", id, jobs.remove(job));
+      } else {
+        patch("pause", R"({"paused": true})");
+      }
+      break;
+    case 3:
+      ask(tenant, "cancel", id);
+      note_answer(tenant, "cancel", id, jobs.cancel(job));
+      if (random.chance(0.5)) {
+        ask(tenant, "remove", id);
+        note_answer(tenant, "remove", id, jobs.remove(job));
+        if (random.chance(0.5) && ledger_.jobs()[id].is_removed) {  // The id may be used again.
+          ask(tenant, "submit", id, draw_job(random));
+          submit(tenant, id);
+        }
+      }
+      break;
+    default:
+      patch("resume", R"({"paused": false})");
+      break;
+  }
+}
+
+/// Resumes the tenant's jobs and waits until all have ended.
+void World::settle(int tenant) {
+  for (const std::string& id : ids_of(tenant)) {
+    for (bool has_ended = false; !has_ended;) {
+      const JobPointer job = look(tenant, id);
+      has_ended = !job || api::is_final(job->state());
+      if (!has_ended && job->state() == JobState::kPaused) {
+        ask(tenant, "resume", id);
+        note_answer(tenant, "resume", id,
+                    server_.jobs->patch(job, R"({"paused": false})", std::nullopt,
+                                        Access::of(access_name(tenant))));
+      }
+      if (!has_ended && time_of_shift() < kCalm) {
+        fail("job " + id + " has not ended in the calm hour; it is " +
+             std::string(api::to_text(job->state())));
+      }
+      if (has_ended && job) {
+        check_film(id, job);
+        look(tenant, id);
+      } else {
+        sleep_for(10 * kSecond);
+      }
+    }
+  }
+  is_settled_[static_cast<std::size_t>(tenant)] = true;
+}
+
+void World::play_tenant(int tenant) {
+  Random random(life_.seed * 7919 + life_.number * 31 + static_cast<std::uint64_t>(tenant));
+  // Finds out first what became of the requests that have no answer.
+  for (const std::string& id : ids_of(tenant)) {
+    const KnownJob known = ledger_.jobs()[id];
+    if (known.asked == "submit" && random.chance(0.5)) {
+      submit(tenant, id);  // Again.
+    }
+    if (!look(tenant, id)) {
+      ledger_.note(tenant, "forget " + id);
+    }
+  }
+  while (!is_calm()) {
+    // Several requests often follow each other at once.
+    sleep_for(static_cast<Nanoseconds>(random.chance(0.5)
+                                           ? random.exponential(0.01 * kSecond)
+                                           : random.exponential(2 * think_seconds_ * kSecond)));
+    act(tenant, random);
+  }
+  settle(tenant);
+}
+
+/// At rest nothing is held.
+void World::check_rest() {
+  const server::JobService::Counts counts = server_.jobs->counts();
+  if (counts.queued != 0 || counts.rendering != 0 || counts.held_bytes != 0) {
+    fail("at rest " + std::to_string(counts.queued) + " jobs wait, " +
+         std::to_string(counts.rendering) + " render, " + std::to_string(counts.held_bytes) +
+         " bytes are held");
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(server_.data->films_path())) {
+    const std::string id = entry.path().stem().string();
+    if (!server_.jobs->find(id, Access::operators())) {
+      fail("at rest there is a film of no job: " + id);
+    }
+  }
+  const auto drained = server_.jobs->drain();
+  if (drained.running != 0) {
+    fail("at rest " + std::to_string(drained.running) + " places are taken");
+  }
+}
+
+/// The disk fills up and is freed; the server is drained for a while.
+void World::operate(Random& random) {
+  if (is_calm()) {
+    spare_process();
+  }
+  const bool is_faulty = life_.is_faulty && !is_calm();
+  if (is_full_ ? !is_faulty || random.chance(0.05) : is_faulty && random.chance(0.001)) {
+    is_full_ = !is_full_;
+    was_full_ = true;
+    ledger_.note(0, is_full_ ? "disk-full" : "disk-freed");
+    set_disk_full(is_full_);
+  }
+  if (is_draining_ ? !is_faulty || random.chance(0.1) : is_faulty && random.chance(0.0005)) {
+    is_draining_ = !is_draining_;
+    ledger_.note(0, is_draining_ ? "drain" : "drain-ends");
+    server_.jobs->set_draining(is_draining_);
+  }
+}
+
+void World::play() {
+  Random random(life_.seed * 65'537 + life_.number);
+  std::vector<std::thread> tenants;
+  for (int tenant = 1; tenant <= kTenants; ++tenant) {
+    tenants.emplace_back([this, tenant] { play_tenant(tenant); });
+  }
+  const Nanoseconds shift_end = (life_.start / kShift + 1) * kShift - kSecond;
+  const auto are_settled = [this] {
+    return std::find(is_settled_.begin() + 1, is_settled_.end(), false) == is_settled_.end();
+  };
+  while (!are_settled()) {
+    if (stop_at_ && now() >= *stop_at_ && !is_calm()) {
+      server_.jobs->stop();
+      end(Ending::kStopped);
+    }
+    operate(random);
+    if (now() >= shift_end) {
+      fail("jobs have not ended in the calm hour");
+    }
+    sleep_for(30 * kSecond);
+  }
+  for (std::thread& tenant : tenants) {
+    tenant.join();
+  }
+  check_rest();
+  server_.jobs->stop();
+  sleep_for(shift_end + kSecond - now());
+  end(Ending::kShift);
+}
+
+void World::render_all() {
+  std::vector<std::pair<std::pair<int, int>, JobPointer>> made;
+  for (int kind = 0; kind < static_cast<int>(kKinds.size()); ++kind) {
+    for (const int samples : kSamples) {
+      auto job = server_.jobs->submit(parsed(kind, samples), {});
+      if (!job) {
+        fail("a request is refused: " + job.problem().detail);
+      }
+      made.push_back({{kind, samples}, job->job});
+    }
+  }
+  for (const auto& [what, job] : made) {
+    while (!api::is_final(job->state())) {
+      sleep_for(kSecond);
+    }
+    ledger_.note(0, "digest " + std::to_string(what.first) + " " + std::to_string(what.second) +
+                        " " + server_.jobs->view(*job).film_digest);
+  }
+  end(Ending::kShift);
+}
+
+}  // namespace
+
+void live(const Life& life, Ledger& ledger) {
+  World world(life, ledger);
+  world.begin(false);
+  world.start();
+  world.play();
+}
+
+void render_undisturbed(const Life& life, Ledger& ledger) {
+  World world(life, ledger);
+  world.begin(true);
+  world.start();
+  world.render_all();
+}
+
+}  // namespace simulation

@@ -1,0 +1,18 @@
+# The server under a simulated clock, disk and machine. It exports the functions of the C library
+# that it replaces to the shared libraries that it uses; sanitizers replace the same ones.
+if(TARGET server_lib AND NOT TESSERA_SANITIZE)
+  add_executable(simulation
+    simulation/damage.cpp
+    simulation/disk.cpp
+    simulation/executor.cpp
+    simulation/ledger.cpp
+    simulation/life.cpp
+    simulation/machine.cpp
+    simulation/main.cpp)
+  set_target_properties(simulation PROPERTIES ENABLE_EXPORTS ON)
+  target_compile_options(simulation PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_link_libraries(simulation PRIVATE tessera_flags server_lib)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_link_options(simulation PRIVATE -fno-lto)
+  endif()
+endif()

@@ -38,6 +38,7 @@ set(CORE_TEST_SOURCES
   replicate_fit_test.cpp
   reference_images_test.cpp
   reservoir_test.cpp
+  accel_test.cpp
   few_triangles_test.cpp
   roulette_test.cpp
   round_facets_test.cpp

@@ -20,8 +20,7 @@ class LaneCatcher {
         scalar_(has_catcher(input.settings) ? std::make_unique<CatcherOf<Options>>(input)
                                             : nullptr),
         is_in_lanes_(scalar_ != nullptr && !scalar_->is_soft() &&
-                     Options(input.settings).candidates == 1),
-        split_count_(static_cast<float>(Options(input.settings).split_count)) {}
+                     Options(input.settings).candidates == 1) {}
 
   /// Null if there is no catcher.
   const CatcherOf<Options>* scalar() const { return scalar_.get(); }
@@ -70,7 +69,7 @@ class LaneCatcher {
     unsigned out = 0;
     for (; on != 0; on &= on - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(on));
-      out |= static_cast<unsigned>(wave.caught->on.at[slot_of(wave.paths, first + k)]) << k;
+      out |= static_cast<unsigned>(wave.caught->on.at[sample_of(wave.paths, first + k)]) << k;
     }
     return out;
   }
@@ -84,8 +83,7 @@ class LaneCatcher {
       }
       typename CatcherOf<Options>::Changes changes;
       changes.diffuse.blocked = rgb(caught.blocked.get(i) + caught.kept_away.get(i));
-      // These paths are not split, but their light is added as if they were.
-      changes.diffuse.bounced = rgb(wave.results.radiance.get(i)) * split_count_;
+      changes.diffuse.bounced = rgb(wave.results.radiance.get(i));
       const auto out = scalar_->caught(changes, rgb(caught.bare.get(i)), caught.direction.get(i),
                                        {caught.film_x_px.at[i], caught.film_y_px.at[i]});
       wave.results.radiance.set(i, {out.color.r, out.color.g, out.color.b});
@@ -97,7 +95,6 @@ class LaneCatcher {
   const SceneData& scene_;
   std::unique_ptr<const CatcherOf<Options>> scalar_;
   bool is_in_lanes_;
-  float split_count_;
 };
 
 }  // namespace core

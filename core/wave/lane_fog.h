@@ -15,6 +15,7 @@ struct LaneTracer<N, Options>::FogVertex {
   Vec3s<N> beta;
   Floats<N> cone_width_m;
   Floats<N> cone_spread_rad;
+  Ints<N> is_sharp;
   Ints<N> medium_scatterings;
   Ints<N> null_scatterings;
   Numbers numbers;
@@ -58,7 +59,7 @@ auto LaneTracer<N, Options>::pass_fog(Wave& wave, std::size_t first, unsigned& m
     const Rgb s = medium.sigma_s;
     const Rgb albedo = {t.r > 0 ? s.r / t.r : 0.0F, t.g > 0 ? s.g / t.g : 0.0F,
                         t.b > 0 ? s.b / t.b : 0.0F};
-    keep_first_surface<N>(wave.results, slot_of(paths, first), scattered,
+    keep_first_surface<N>(wave.results, sample_of(paths, first), scattered,
                           {color_of<Floats<N>>(albedo), -segments.direction, distance_m});
   }
   met &= alive;
@@ -68,6 +69,7 @@ auto LaneTracer<N, Options>::pass_fog(Wave& wave, std::size_t first, unsigned& m
           beta,
           select(is_met, hits.cone_width_m, segments.cone_width_m),
           segments.cone_spread_rad,
+          segments.is_sharp,
           load<N>(paths.medium_scatterings.at + first),
           null_scatterings(paths.null_scatterings, first),
           numbers};
@@ -113,11 +115,12 @@ void LaneTracer<N, Options>::scatter_in_fog(Wave& wave, const FogVertex& at, int
                         (phase > Floats<N>(0));
     const Floats<N> weight =
         select(light.is_delta, Floats<N>(1), power_heuristic(light.pdf_solid_angle, phase));
-    add_shadows(
-        wave,
-        {at.point, light, at.beta * light.radiance * (phase * weight / light.pdf_solid_angle),
-         at.cone_width_m, Ints<N>(0), at.numbers.slot, Ints<N>(0), at.null_scatterings},
-        lit.bits());
+    add_shadows(wave,
+                {at.point, light,
+                 at.beta * light.radiance *
+                     (phase * weight * shares(at.numbers.slot) / light.pdf_solid_angle),
+                 at.cone_width_m, at.is_sharp, at.numbers.slot, Ints<N>(0), at.null_scatterings},
+                lit.bits());
   }
   const Vec4s<N> u = draw(wave, at.numbers, on.bits(), dimension_group(depth, BounceGroup::kBsdf));
   const Vec3s<N> wi = sample_henyey_greenstein(at.before, g, Vec2s<N>{u.y, u.z});

@@ -97,17 +97,16 @@ void LaneTracer<N, Options>::add_light_samples(Wave& wave, const Vertex& at,
   const Vec3s<N> origin =
       offset_ray(s.origin, select(above, s.normal_geometric, -s.normal_geometric), s.error_m);
   Ints<N> slot = numbers.slot;
-  Floats<N> share(share_);
   if constexpr (kCatches) {
     const Mask<N> is_of_model =
         light.light < Ints<N>(static_cast<std::int32_t>(scene_.triangle_lights.size()));
     slot = select(is_of_model, slot, slot | Ints<N>(kIsBlocked));
-    share = select(is_of_model, share, Floats<N>(1));
   }
-  add_shadows(wave,
-              {origin, light, sampled.value * (sampled.scale * share), at.met.cone_width_m,
-               at.is_sharp, slot, medium_beyond(at, ~above), at.null_scatterings},
-              taken);
+  add_shadows(
+      wave,
+      {origin, light, sampled.value * (sampled.scale * shares(numbers.slot)), at.met.cone_width_m,
+       at.is_sharp, slot, medium_beyond(at, ~above), at.null_scatterings},
+      taken);
 }
 
 template <std::size_t N, typename Options>
@@ -140,12 +139,12 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
   WaveShadows& shadows = wave.shadows;
   const auto add = [&](std::size_t i, Vec3 value) {
     const int scatterings = bounces(shadows.null_scatterings, i, depth) + 1;
-    credit(wave, slot_of(shadows.slot.at[i]), value, scatterings,
+    credit(wave, shadows.slot.at[i], value, scatterings,
            [&] { return scene_.group_of_light(static_cast<std::uint32_t>(shadows.light.at[i])); });
   };
   const auto is_blocked = [&](std::size_t i) { return (shadows.slot.at[i] & kIsBlocked) != 0; };
   const auto block = [&](std::size_t i, Vec3 value) {
-    const std::size_t slot = slot_of(shadows.slot.at[i]);
+    const std::size_t slot = sample_of(shadows.slot.at[i]);
     wave.caught->blocked.set(slot, wave.caught->blocked.get(slot) + value);
   };
   const bool has_blocked = catcher_.is_in_lanes() && depth == 0;
@@ -192,7 +191,6 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
       }
       continue;
     }
-    // In the order of the paths: several may add to one sample.
     for (unsigned rest = has_blocked ? active : active & ~occluded; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(rest));
       const std::size_t i = first + k;
@@ -226,13 +224,13 @@ Vec3 LaneTracer<N, Options>::transmittance(const Wave& wave, std::size_t i, int 
     path.media.enter(solid_of(medium));
   }
   if (is_open_) {
-    path.ray.time = wave.results.time.at[slot_of(shadows.slot.at[i])];
+    path.ray.time = wave.results.time.at[sample_of(shadows.slot.at[i])];
   }
   const Ray ray = {shadows.origin.get(i), shadows.direction.get(i), 0, shadows.t_max.at[i]};
   path.fog = fog_;
   Rgb open;
   if constexpr (Options::is_spectral) {
-    const SpectralColors colors(wave.wavelengths[slot_of(shadows.slot.at[i])]);
+    const SpectralColors colors(wave.wavelengths[sample_of(shadows.slot.at[i])]);
     open = visibility(scene_, path, ray, path.media, ClearSurfaces::kPass, colors).transmittance;
   } else {
     open = visibility(scene_, path, ray, path.media).transmittance;

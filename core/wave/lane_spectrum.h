@@ -24,9 +24,9 @@ struct SpectrumLanes {
   static SpectrumLanes of(const Wave& wave, const std::int32_t* slots, unsigned on) {
     const float* rows[3][N];
     for (std::size_t k = 0; k < N; ++k) {
-      const std::size_t slot = (on >> k & 1U) != 0 ? slot_of(slots[k]) : 0;
+      const std::size_t sample = (on >> k & 1U) != 0 ? sample_of(slots[k]) : 0;
       for (std::size_t part = 0; part < 3; ++part) {
-        rows[part][k] = wave.wavelengths[slot].shares() + 4 * part;
+        rows[part][k] = wave.wavelengths[sample].shares() + 4 * part;
       }
     }
     Floats<N> c[3][4];

@@ -69,7 +69,7 @@ class LaneTracer final : public WaveTracer {
         has_exceptions_(scene_.has_alpha || catcher_.scalar() != nullptr) {}
 
   std::size_t samples_max() const noexcept override {
-    const std::size_t most = kWavePaths / static_cast<std::size_t>(split_count_) / 8 * 8;
+    const std::size_t most = samples_of_wave(split_count_);
     // A chunk on the catcher is compacted in two parts. Of n paths that split, the first
     // continuations take the places of the n themselves, so that there is room.
     return catcher_.is_in_lanes() && split_count_ == 1 ? most - 8 : most;
@@ -91,6 +91,7 @@ class LaneTracer final : public WaveTracer {
       }
       find_lights(wave, depth, rays);
     }
+    add_continuations(wave);
     catcher_.end(wave);
     rejected += apply_filter_weights<N>(wave.results, wave.samplers.size(), has_alpha_weights_);
   }
@@ -142,14 +143,14 @@ class LaneTracer final : public WaveTracer {
       return pdf * F(static_cast<float>(candidates()));
     }
   }
-  Rgb* shares_of(Wave& wave, std::size_t slot) const {
-    return share_count_ > 0 ? &wave.shares[slot * share_count_] : nullptr;
+  Rgb* shares_of(Wave& wave, std::int32_t slot) const {
+    return share_count_ > 0 ? &wave.shares[sum_of(slot) * share_count_] : nullptr;
   }
   /// As PathTracer::credit().
   template <typename Group>
-  void credit(Wave& wave, std::size_t slot, Vec3 value, int scatterings, Group&& group) const {
+  void credit(Wave& wave, std::int32_t slot, Vec3 value, int scatterings, Group&& group) const {
     if constexpr (Options::is_spectral) {
-      const Rgb color = wave.wavelengths[slot].color({value.x, value.y, value.z});
+      const Rgb color = wave.wavelengths[sample_of(slot)].color({value.x, value.y, value.z});
       value = {color.r, color.g, color.b};
     }
     add_radiance(wave.results, slot, value);
@@ -158,6 +159,7 @@ class LaneTracer final : public WaveTracer {
     }
   }
 
+  void add_continuations(Wave& wave) const;
   void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
   void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
   Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
@@ -275,12 +277,15 @@ class LaneTracer final : public WaveTracer {
   Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,
                 Drawn drawn = Drawn::kAll) const;
   PathSampler sampler_of(const Wave& wave, std::int32_t slot) const {
-    const PathSampler& whole = wave.samplers[slot_of(slot)];
-    const int continuation = slot >> kContinuationShift;
+    const PathSampler& whole = wave.samplers[sample_of(slot)];
+    const int continuation = continuation_of(slot);
     return continuation == 0 ? whole : whole.branch(continuation - 1, split_count_);
   }
-  /// Weight of contributions of a path at this depth.
-  float share(int depth) const { return depth == 0 ? 1.0F : share_; }
+  /// Weight of contributions of a path.
+  float share(std::int32_t slot) const { return continuation_of(slot) == 0 ? 1.0F : share_; }
+  Floats<N> shares(Ints<N> slot) const {
+    return select(slot < Ints<N>(1 << kContinuationShift), Floats<N>(1), Floats<N>(share_));
+  }
 
   const SceneData& scene_;
   const Environment* environment_;

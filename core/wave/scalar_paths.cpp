@@ -64,7 +64,7 @@ void ScalarPaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slo
   PathVertex vertex;
   while (scalar_.next_vertex(path, vertex)) {
     if (catcher_ != nullptr && catcher_->catches(path, vertex)) {
-      const auto i = slot_of(slot);
+      const auto i = sample_of(slot);
       catcher_->catch_light(path, vertex,
                             {wave.caught->film_x_px.at[i], wave.caught->film_y_px.at[i]});
       return;
@@ -81,9 +81,7 @@ void ScalarPaths<Options>::follow(Wave& wave, TracedPath& path, std::int32_t slo
     if (!extend(path, vertex, bsdf)) {
       return;
     }
-    // Lanes weight a continuation by the number of branches: one that was not split stays here.
-    if (!scalar_.sees_backdrop(path) && is_for_lanes(scalar_.scene(), path, has_solids()) &&
-        path.branch_weight == 1 / static_cast<float>(split_count_)) {
+    if (!scalar_.sees_backdrop(path) && is_for_lanes(scalar_.scene(), path, has_solids())) {
       add_waiting(scalar_.scene(), wave, path, slot);
       return;
     }
@@ -111,7 +109,7 @@ void ScalarPaths<Options>::split(Wave& wave, TracedPath& path, const PathVertex&
     branch.branch_weight = share;
     branch.out.radiance = {};
     branch.out.alpha = 0;
-    const std::int32_t branch_slot = slot + ((k + 1) << kContinuationShift);
+    const std::int32_t branch_slot = slot + slot_of_branch(k, split_count_);
     if (extend(branch, vertex, bsdf)) {
       if (!scalar_.sees_backdrop(branch) && is_for_lanes(scalar_.scene(), branch, has_solids())) {
         add_waiting(scalar_.scene(), wave, branch, branch_slot);

@@ -64,7 +64,7 @@ struct PathMembers {
   Of<std::int32_t> medium;  ///< the solid around the segment, from 1; 0: none
   Of<std::uint64_t> base;   ///< of the path's sampler, for sobol
   Of<std::uint32_t> index_reversed;
-  Of<std::int32_t> slot;                ///< see slot_of()
+  Of<std::int32_t> slot;                ///< see sum_of()
   Of<std::int32_t> medium_scatterings;  ///< as in PathState; of jobs with media
   Of<std::int32_t> null_scatterings;    ///< as in PathState; of scenes with clear surfaces
 };
@@ -163,7 +163,7 @@ struct ReturnedPath {
 
 /// PathSample as a structure of arrays; entry i is the i-th path added.
 struct WaveResults {
-  WaveVec3 radiance;
+  WaveVec3 radiance;  ///< before the end, of continuations (sum_of())
   WaveFloats alpha;
   WaveVec3 albedo;
   WaveVec3 normal;
@@ -196,7 +196,7 @@ class Wave {
   std::vector<PathSampler> samplers;
   std::vector<Wavelengths> wavelengths;  ///< of each sample; of spectral jobs
   std::vector<ReturnedPath> waiting;     ///< empty when the wave has ended
-  std::vector<Rgb> shares;               ///< of the light of each sample; [sample * shares + share]
+  std::vector<Rgb> shares;               ///< of the light, as radiance; [sample * shares + share]
   std::unique_ptr<WaveCaught> caught;    ///< null without a catcher
 };
 

@@ -66,14 +66,34 @@ struct Wide {
 template <std::size_t N>
 using PathLanes = PathMembers<Wide<N>::template Of>;
 
-/// The low bits of a slot hold the index into WaveResults, the high bits 1 plus the number of the
-/// continuation of a split path, or 0 if it was not split.
-inline constexpr int kContinuationShift = 16;
-inline std::size_t slot_of(std::int32_t slot) {
-  return static_cast<std::size_t>(slot) & ((1U << kContinuationShift) - 1);
+// A slot holds, from its lowest bits: the index of the path's sum in WaveResults::radiance; the
+// index of its sample; 1 plus the number of the continuation of a split path, or 0 if it was not
+// split. Each continuation has a sum of its own, so that no order of paths matters.
+inline constexpr int kSampleShift = 10;
+inline constexpr int kContinuationShift = 2 * kSampleShift;
+static_assert(kWaveRoom <= 1U << kSampleShift);
+inline std::int32_t slot_of_sample(std::size_t i) {
+  return static_cast<std::int32_t>(i | i << kSampleShift);
 }
-inline std::size_t slot_of(const WavePaths& paths, std::size_t i) {
-  return slot_of(paths.slot.at[i]);
+inline std::size_t sum_of(std::int32_t slot) {
+  return static_cast<std::size_t>(slot) & ((1U << kSampleShift) - 1);
+}
+inline std::size_t sample_of(std::int32_t slot) {
+  return static_cast<std::size_t>(slot >> kSampleShift) & ((1U << kSampleShift) - 1);
+}
+inline std::size_t sample_of(const WavePaths& paths, std::size_t i) {
+  return sample_of(paths.slot.at[i]);
+}
+inline int continuation_of(std::int32_t slot) {
+  return (slot >> kContinuationShift) & ((1 << kSampleShift) - 1);
+}
+/// Number of samples of a wave, or of the sums of the k-th continuations.
+inline std::size_t samples_of_wave(int continuations) {
+  return kWavePaths / static_cast<std::size_t>(continuations) / 8 * 8;
+}
+/// What is added to the slot of a path of its k-th continuation.
+inline std::int32_t slot_of_branch(int k, int count) {
+  return ((k + 1) << kContinuationShift) + k * static_cast<std::int32_t>(samples_of_wave(count));
 }
 /// State from which the random numbers of N paths are drawn: PathSampler's base and index with
 /// reversed bits.
@@ -93,11 +113,12 @@ struct PathNumbers {
     return {hash_combine<N>(base, PathSampler::branch_key(n)),
             reverse_bits<N>(reverse_bits<N>(index_reversed) * Words<N>(n) +
                             Words<N>(static_cast<std::uint32_t>(k))),
-            slot + Ints<N>((k + 1) << kContinuationShift)};
+            slot + Ints<N>(slot_of_branch(k, count))};
   }
 };
-inline void add_radiance(WaveResults& results, std::size_t slot, Vec3 value) {
-  results.radiance.set(slot, results.radiance.get(slot) + value);
+inline void add_radiance(WaveResults& results, std::int32_t slot, Vec3 value) {
+  const std::size_t sum = sum_of(slot);
+  results.radiance.set(sum, results.radiance.get(sum) + value);
 }
 /// Stores the camera rays of paths `to`, ..., whose results are `slot`, ....
 template <std::size_t N>
@@ -157,7 +178,7 @@ Floats<N> times_of(const Wave& wave, const std::int32_t* slots, unsigned on) {
   Floats<N> out(0);
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    out.v[k] = wave.results.time.at[slot_of(slots[k])];
+    out.v[k] = wave.results.time.at[sample_of(slots[k])];
   }
   return out;
 }

@@ -18,9 +18,12 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
   wave.waiting.reserve(kWavePaths);
   wave.wavelengths.clear();
   if constexpr (kHasLedger) {
-    wave.shares.assign(due.size() * share_count_, {});
+    wave.shares.assign((split_count_ == 1 ? due.size() : kWavePaths) * share_count_, {});
   }
   catcher_.begin(wave);
+  if (split_count_ > 1) {
+    wave.results.radiance = {};
+  }
   paths.count = due.size();
   paths.first = (kWavePaths - due.size()) / 8 * 8;
   for (std::size_t i = 0; i < due.size(); ++i) {
@@ -28,7 +31,7 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     sampler.start(due[i].x, due[i].y, due[i].sample);
     paths.base.at[paths.first + i] = sampler.base();
     paths.index_reversed.at[paths.first + i] = reverse_bits(sampler.index());
-    paths.slot.at[paths.first + i] = static_cast<std::int32_t>(i);
+    paths.slot.at[paths.first + i] = slot_of_sample(i);
   }
   const Vec3s<N> nothing(Vec3{});
   for (std::size_t first = 0; first < due.size(); first += N) {
@@ -66,6 +69,21 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
       for (std::size_t k = 0; k < some.size(); ++k) {
         wave.wavelengths.emplace_back(u_wavelength.v[k]);
       }
+    }
+  }
+}
+
+/// Adds the sums of continuations to those of their samples.
+template <std::size_t N, typename Options>
+void LaneTracer<N, Options>::add_continuations(Wave& wave) const {
+  const std::size_t count = wave.samplers.size();
+  for (int k = 1; k < split_count_; ++k) {
+    const std::size_t from = sum_of(slot_of_branch(k, split_count_));
+    for (std::size_t i = 0; i < count; ++i) {
+      add_radiance(wave.results, slot_of_sample(i), wave.results.radiance.get(from + i));
+    }
+    for (std::size_t i = 0; i < count * share_count_; ++i) {
+      wave.shares[i] += wave.shares[from * share_count_ + i];
     }
   }
 }
@@ -156,7 +174,7 @@ void LaneTracer<N, Options>::add_environment(Wave& wave, std::size_t first, unsi
       const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(left));
       const std::optional<Rgb> seen = backdrop_.seen(paths.direction.get(i));
       Rgb value = seen.value_or(Rgb{});
-      const std::size_t slot = slot_of(paths, i);
+      const std::size_t slot = sample_of(paths, i);
       wave.results.alpha.at[slot] = seen ? 1.0F : 0.0F;
       if (has_fog() || Options::is_spectral) {
         const Vec3 b = paths.beta.get(i);
@@ -168,14 +186,16 @@ void LaneTracer<N, Options>::add_environment(Wave& wave, std::size_t first, unsi
         value = value * Rgb{b.x, b.y, b.z};
         wave.results.alpha.at[slot] = seen ? 1.0F : 1 - luminance(passed);
       }
-      credit(wave, slot, {value.r, value.g, value.b}, depth, [] { return kEnvironmentGroup; });
+      credit(wave, paths.slot.at[i], {value.r, value.g, value.b}, depth,
+             [] { return kEnvironmentGroup; });
     }
     return;
   }
-  const Vec3s<N> radiance = found_environment(wave, first, left) * Floats<N>(share(depth));
+  const Vec3s<N> radiance =
+      found_environment(wave, first, left) * shares(load<N>(paths.slot.at + first));
   for (; left != 0; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
-    credit(wave, slot_of(paths, first + k), radiance.lane(k),
+    credit(wave, paths.slot.at[first + k], radiance.lane(k),
            bounces(paths.null_scatterings, first + k, depth), [] { return kEnvironmentGroup; });
   }
 }
@@ -192,7 +212,7 @@ void LaneTracer<N, Options>::keep_away(Wave& wave, std::size_t first, unsigned m
     const Vec3s<N> radiance = found_environment(wave, first + k, some);
     for (; some != 0; some &= some - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(some));
-      wave.caught->kept_away.set(slot_of(wave.paths, first + k + lane), radiance.lane(lane));
+      wave.caught->kept_away.set(sample_of(wave.paths, first + k + lane), radiance.lane(lane));
     }
   }
 }
@@ -203,7 +223,7 @@ void LaneTracer<N, Options>::catch_light(Wave& wave, const Vertex& at, const Bsd
                                          const Numbers& numbers) const {
   for (unsigned rest = at.on.bits(); rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    catcher_.put(wave, slot_of(numbers.slot.v[k]), at.met.position.lane(k), at.wo_world.lane(k));
+    catcher_.put(wave, sample_of(numbers.slot.v[k]), at.met.position.lane(k), at.wo_world.lane(k));
   }
   if (max_depth_ > 0) {
     extend<true>(wave, at, bsdf, numbers, 0);
@@ -229,10 +249,10 @@ void LaneTracer<N, Options>::add_emission(Wave& wave, std::size_t i, const LaneH
   }
   Vec3 emitted = met.emitted.lane(lane);
   if constexpr (Options::is_spectral) {
-    const Rgb e = wave.wavelengths[slot_of(paths, i)].values({emitted.x, emitted.y, emitted.z});
+    const Rgb e = wave.wavelengths[sample_of(paths, i)].values({emitted.x, emitted.y, emitted.z});
     emitted = {e.r, e.g, e.b};
   }
-  credit(wave, slot_of(paths, i), paths.beta.get(i) * emitted * (weight * share(depth)),
+  credit(wave, paths.slot.at[i], paths.beta.get(i) * emitted * (weight * share(paths.slot.at[i])),
          bounces(paths.null_scatterings, i, depth), group);
 }
 
@@ -241,7 +261,8 @@ template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit* met, int depth,
                                          std::uint64_t& rays) const {
   const WavePaths& paths = wave.paths;
-  const std::size_t slot = slot_of(paths, i);
+  const std::size_t slot = sample_of(paths, i);
+  const float weight = share(paths.slot.at[i]);
   TracedPath path = scalar_paths_.handed_over(paths.get<Options::has_media>(i, scene_.has_clear),
                                               sampler_of(wave, paths.slot.at[i]), rays);
   if (depth == 0) {
@@ -259,13 +280,13 @@ void LaneTracer<N, Options>::leave_lanes(Wave& wave, std::size_t i, const RawHit
   const bool is_from_catcher =
       catcher_.is_in_lanes() && depth == 1 && wave.caught->on.at[slot] != 0;
   path.out.hit = depth > 0 && !is_from_catcher;
-  path.branch_weight = share(depth);
-  path.shares = shares_of(wave, slot);
+  path.branch_weight = weight;
+  path.shares = shares_of(wave, paths.slot.at[i]);
   scalar_paths_.follow(wave, path, paths.slot.at[i]);
-  const Rgb found = path.out.radiance * share(depth);
-  add_radiance(wave.results, slot, {found.r, found.g, found.b});
+  const Rgb found = path.out.radiance * weight;
+  add_radiance(wave.results, paths.slot.at[i], {found.r, found.g, found.b});
   if (is_from_catcher && !path.out.hit) {  // left the scene through holes
-    add_radiance(wave.results, slot, -wave.caught->kept_away.get(slot) * share(depth));
+    add_radiance(wave.results, paths.slot.at[i], -wave.caught->kept_away.get(slot) * weight);
     wave.caught->kept_away.set(slot, {});
   }
   if (depth == 0) {
@@ -384,7 +405,6 @@ template <std::size_t N, typename Options>
   WavePaths& paths = wave.paths;
   at.on = Mask<N>::of(on);
   const unsigned lit = (at.on & is_not_black(at.met.emitted)).bits();
-  // In the order of the paths: continuations of one sample add up alike in any chunks.
   for (unsigned rest = at.met.unsupported | lit; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     if ((at.met.unsupported >> k & 1U) != 0) {
@@ -447,7 +467,7 @@ template <std::size_t N, typename Options>
   const Numbers numbers = Numbers::load(paths, first);
   if (depth == 0) {
     keep_first_surface<N>(
-        wave.results, slot_of(paths, first), at.on,
+        wave.results, sample_of(paths, first), at.on,
         {Options::is_spectral ? albedo : bsdf.albedo(), s.normal, at.met.distance_m});
     if (const unsigned caught = ground & on; caught != 0) {
       at.on = Mask<N>::of(caught);
@@ -549,12 +569,10 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   add_paths(paths, next, taken);
 }
 
-/// Of even density, without light samples along segments; without splitting, paths of one sample
-/// add up in the order of chunks.
+/// Of even density, without light samples along segments.
 bool is_fog_for_lanes(const IntegratorInput& input) {
   const StudyOptions options(input.settings);
-  return input.settings.fog->height_falloff == 0 && !input.aims_in_media &&
-         options.split_count == 1 && options.candidates == 1;
+  return input.settings.fog->height_falloff == 0 && !input.aims_in_media && options.candidates == 1;
 }
 
 template <typename Options>

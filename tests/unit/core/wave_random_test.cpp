@@ -569,8 +569,7 @@ void set_spectrum_or_fog(core::RenderSettings& s, Draw& draw, Fault fault) {
   if (s.ground.type != core::GroundType::kNone) {
     return;
   }
-  if (draw.often(0.3F) && s.estimator.splitting == core::SplittingType::kNone &&
-      s.light_sampler != core::LightSamplerType::kRis) {
+  if (draw.often(0.3F) && s.light_sampler != core::LightSamplerType::kRis) {
     core::FogSettings& fog = s.fog.emplace();
     fog.scattering = draw.color() * draw.between(0, 0.6F);
     fog.absorption = draw.often(0.5F) ? Rgb{} : draw.color() * 0.2F;

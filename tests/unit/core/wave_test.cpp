@@ -544,6 +544,22 @@ TEST(Waves, BitsOfAPathBehindHolesAreIndependentOfItsWave) {
       balls({blended, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F), coated(), cloth()}));
 }
 
+core::View in_fog(core::View view) {
+  view.settings.fog.emplace().scattering = {0.5F, 0.4F, 0.3F};
+  return view;
+}
+
+TEST(Waves, SplitPathsInFogLikeTheScalarCode) {
+  const core::View view = in_fog(balls(metals_and_plastics()));
+  EXPECT_LT(differing(split(view, 3)), 0.01);
+  EXPECT_LT(differing(split(view, 8), 1), 0.01);
+  EXPECT_GT(differing(split(view, 2), 8, split(view, 3)), 0.5);
+}
+
+TEST(Waves, BitsOfASplitPathInFogAreIndependentOfItsWave) {
+  expect_same_bits_in_other_waves(split(in_fog(balls({coated(), cloth()})), 3));
+}
+
 TEST(Waves, SupportOnlyDefaultOptions) {
   core::View view = balls({});
   const auto serves = [&] {
@@ -551,6 +567,9 @@ TEST(Waves, SupportOnlyDefaultOptions) {
            nullptr;
   };
   EXPECT_TRUE(serves());
+  view = split(in_fog(view), 3);
+  EXPECT_TRUE(serves());
+  view.settings.fog.reset();
   view.settings.estimator.roulette = core::RouletteType::kNone;
   EXPECT_FALSE(serves());
   view.settings.estimator = {};

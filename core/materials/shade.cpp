@@ -5,6 +5,7 @@
 
 #include "core/bsdf/fresnel.h"
 #include "core/geometry/triangle_math.h"
+#include "core/materials/alpha_map.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -203,7 +204,7 @@ void apply_textures(const Material& material, const TexturedPoint& at, BsdfParam
   // If coverage comes from the same texture, reads colour at the same level: coarser levels would
   // mix in the colour where alpha is 0.
   LastLookup sharpest;
-  const Vec4 c = read(material.base_color, material.has_alpha ? finest(point, sharpest) : at);
+  const Vec4 c = read(material.base_color, has_alpha_map(material) ? finest(point, sharpest) : at);
   b.base_color = clamp01_rgb(f.base_color *
                              Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
   if (material.metallic_roughness.texture != nullptr) {
@@ -347,8 +348,9 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
 Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_world,
                 Footprint footprint) noexcept {
   LastLookup last;
-  return unlit(material, material.has_alpha ? finest(point, last)
-                                            : with_footprint(point, wo_world, footprint, last));
+  return unlit(material, has_alpha_map(material)
+                             ? finest(point, last)
+                             : with_footprint(point, wo_world, footprint, last));
 }
 
 }  // namespace core

@@ -2,8 +2,10 @@
 #include <cmath>
 
 #include "core/geometry/triangle_math.h"
+#include "core/materials/alpha_map.h"
 #include "core/math/numbers.h"
 #include "core/scene/drawn.h"
+#include "core/scene/face_point.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -40,6 +42,35 @@ Vec4 blend(const std::vector<Vec4>& values, const Triangle& c, Vec3 b) {
           v0.z * b.x + v1.z * b.y + v2.z * b.z, v0.w * b.x + v1.w * b.y + v2.w * b.z};
 }
 
+/// A hit on its triangle.
+struct FaceHit {
+  const Transform* to_world;  ///< null: world
+  Triangle triangle;
+  Vec3 n;  ///< cross product of the edges
+  Vec3 b;  ///< barycentric coordinates
+  float twice_area;
+  bool is_mirrored;
+  FacePoint point;
+
+  FaceHit(const SceneData& scene, const RawHit& hit, const Ray& ray) {
+    const PlacedInstance* instance =
+        hit.instance == kNoInstance ? nullptr : &scene.instances[hit.instance];
+    to_world = instance == nullptr ? nullptr : &instance->to_world;
+    triangle =
+        triangle_of(scene.meshes[scene.placed_mesh(hit).mesh], to_world, hit.primitive, ray.time);
+    const Corners<Vec3>& p = triangle.p;
+    n = triangle.cross_product();
+    b = barycentrics(p, n, ray.origin, ray.direction);
+    twice_area = length(n);
+    is_mirrored = to_world != nullptr && to_world->determinant() < 0;
+    point.position = core::blend(p, b);
+    point.error_m = plane_error_m(point.position, p[1] - p[0], p[2] - p[0], twice_area,
+                                  instance == nullptr ? InstanceError{} : instance->error);
+    point.normal_geometric = twice_area > 0 ? n * ((is_mirrored ? -1.0F : 1.0F) / twice_area)
+                                            : -normalize(ray.direction);
+  }
+};
+
 }  // namespace
 
 Corners<Vec3> SceneData::corners(const RawHit& hit) const noexcept {
@@ -69,23 +100,25 @@ bool SceneData::is_single_face(const RawHit& hit, Vec3 point) const noexcept {
   return true;
 }
 
+FacePoint face_point(const SceneData& scene, const RawHit& hit, const Ray& ray) noexcept {
+  return FaceHit(scene, hit, ray).point;
+}
+
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
-  const PlacedInstance* instance = hit.instance == kNoInstance ? nullptr : &instances[hit.instance];
-  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
-  const Triangle c = triangle_of(mesh, to_world, hit.primitive, ray.time);
-  const Vec3 n = c.cross_product();
-  const Vec3 b = barycentrics(c.p, n, ray.origin, ray.direction);
-  const bool mirrored = to_world != nullptr && to_world->determinant() < 0;
+  const FaceHit at(*this, hit, ray);
+  const Transform* to_world = at.to_world;
+  const Triangle& c = at.triangle;
+  const Vec3 n = at.n;
+  const Vec3 b = at.b;
+  const float twice_area = at.twice_area;
+  const bool mirrored = at.is_mirrored;
 
   SurfacePoint s;
-  s.position = blend(c.p, b);
-  const float twice_area = length(n);
-  s.error_m = plane_error_m(s.position, c.p[1] - c.p[0], c.p[2] - c.p[0], twice_area,
-                            instance == nullptr ? InstanceError{} : instance->error);
-  s.normal_geometric =
-      twice_area > 0 ? n * ((mirrored ? -1.0F : 1.0F) / twice_area) : -normalize(ray.direction);
+  s.position = at.point.position;
+  s.error_m = at.point.error_m;
+  s.normal_geometric = at.point.normal_geometric;
   s.normal_shading = s.normal_geometric;
   if (!mesh.normals.empty()) {
     Corners<Vec3> corner;
@@ -166,7 +199,7 @@ float SceneData::coverage(const RawHit& hit, const Ray& ray) const noexcept {
   }
   float alpha = material.factors.base_alpha;
   const TextureSlot& slot = material.base_color;
-  const bool has_texture = slot.texture != nullptr && !slot.texture->is_opaque();
+  const bool has_texture = has_alpha_map(material);
   if (has_texture || !mesh.colors.empty()) {
     const Transform* to_world =
         hit.instance == kNoInstance ? nullptr : &instances[hit.instance].to_world;

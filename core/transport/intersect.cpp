@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/math/offset_ray.h"
 #include "core/transport/solid_faces.h"
 #include "core/transport/surface_event.h"
 
@@ -16,13 +15,6 @@ bool draws_hole(const SceneData& scene, PathState& path, const RawHit& hit,
 }
 
 }  // namespace
-
-Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept {
-  const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
-  Ray out = ray;
-  out.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
-  return out;
-}
 
 bool intersect(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept {
   RawHit hit;

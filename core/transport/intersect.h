@@ -1,6 +1,7 @@
 /// intersect: finds the next surface along a path.
 #pragma once
 
+#include "core/math/offset_ray.h"
 #include "core/scene/scene_data.h"
 #include "core/transport/path_state.h"
 #include "core/transport/vertex.h"
@@ -20,8 +21,14 @@ void pass_hole(PathState& path, const PathVertex& vertex) noexcept;
 /// way let through (segment_transmittance()). For paths in media that absorb only.
 bool reach(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
-/// A ray past a surface, at which it changes nothing.
-Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept;
+/// A ray past a surface, at which it changes nothing. Point: SurfacePoint or FacePoint.
+template <typename Point>
+Ray ray_behind(const Point& point, const Ray& ray) noexcept {
+  const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
+  Ray out = ray;
+  out.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
+  return out;
+}
 
 /// Returns whether a ray passes a surface with this coverage by a hole. draw(): the random number
 /// of the hit, drawn only where both are possible.

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "core/accel/accel.h"
+#include "core/scene/face_point.h"
 #include "core/transport/intersect.h"
 #include "core/wave/lane_surfaces.h"
 
@@ -33,7 +34,7 @@ struct TracedPacket {
   /// Moves the origin of ray k behind its hit; returns the distance.
   float go_behind(const SceneData& scene, std::size_t k) noexcept {
     const Ray from = ray(k);
-    const SurfacePoint point = scene.surface_point(hit(k), from);
+    const FacePoint point = face_point(scene, hit(k), from);
     const Ray behind = ray_behind(point, from);
     rays.origin_x[k] = behind.origin.x;
     rays.origin_y[k] = behind.origin.y;

@@ -14,6 +14,7 @@
 #include "core/math/lane_math.h"
 #include "core/scene/scene_data.h"
 #include "core/wave/lane_environment.h"
+#include "core/wave/lane_rows.h"
 
 namespace core {
 
@@ -162,20 +163,16 @@ class LaneLights {
     static_assert(offsetof(TriangleLight, area_m2) == 48 && sizeof(Rgb) == 12);
     alignas(32) std::int32_t index[N];
     store(index, light);
-    const float* row[4][N];
+    const float* row[N];
     TriangleRows<N> out;
     for (std::size_t k = 0; k < N; ++k) {
       const TriangleLight& t = scene_.triangle_lights[static_cast<std::size_t>(index[k])];
-      for (std::size_t part = 0; part < 4; ++part) {
-        row[part][k] = &t.p0.x + 4 * part;
-      }
+      row[k] = &t.p0.x;
       out.two_sided.v[k] = t.two_sided ? -1 : 0;
       out.error_m.v[k] = t.error_m;
     }
     Floats<N> c[4][4];
-    for (std::size_t part = 0; part < 4; ++part) {
-      transpose(row[part], c[part]);
-    }
+    transpose_rows(row, c);
     out.p0 = {c[0][0], c[0][1], c[0][2]};
     out.edge1 = {c[0][3], c[1][0], c[1][1]};
     out.edge2 = {c[1][2], c[1][3], c[2][0]};

@@ -7,8 +7,9 @@
 #include <bit>
 #include <cstring>
 
-#include "core/materials/material.h"
+#include "core/materials/alpha_map.h"
 #include "core/math/frame.h"
+#include "core/wave/lane_rows.h"
 #include "core/wave/lane_surfaces.h"
 #include "core/wave/lane_textures.h"
 #include "core/wave/lane_triangles.h"
@@ -75,7 +76,7 @@ struct alignas(64) LaneMaps {
         metallic_roughness(m.metallic_roughness.texture),
         normal(m.normal.texture),
         layered(m.has_layers ? &m : nullptr),
-        finest_color(m.has_alpha ? &m.base_color.description : nullptr) {
+        finest_color(has_alpha_map(m) ? &m.base_color.description : nullptr) {
     const TextureDescription& d = first.description;
     const MaterialDescription& f = m.factors;
     const float values[12] = {d.uv_transform[0], d.uv_transform[1], d.uv_transform[3],
@@ -94,7 +95,7 @@ struct alignas(64) LaneMaps {
 template <std::size_t N>
 struct MapRows {
   const LaneMaps* maps[N];
-  const float* row[4][N];
+  const float* row[N];
   const float* tangents[3][N];
   Vec4 turned[3][N];
   alignas(32) float u[3][N];
@@ -112,9 +113,7 @@ struct MapRows {
   }
   void set(std::size_t k, const LaneMaps& to) {
     maps[k] = &to;
-    for (std::size_t part = 0; part < 4; ++part) {
-      row[part][k] = to.at + 4 * part;
-    }
+    row[k] = to.at;
   }
 };
 
@@ -153,9 +152,7 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   const Floats<N> zero(0);
   const Floats<N> one(1);
   Floats<N> c[4][4];
-  for (std::size_t part = 0; part < 4; ++part) {
-    transpose(rows.row[part], c[part]);
-  }
+  transpose_rows(rows.row, c);
   const auto turned = [&c](Vec2s<N> way) {
     return Vec2s<N>{c[0][0] * way.x + c[0][1] * way.y, c[0][2] * way.x + c[0][3] * way.y};
   };

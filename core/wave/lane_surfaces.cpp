@@ -96,7 +96,7 @@ template <std::size_t N>
 struct LaneSurfaces::Rows {
   const float* positions[3][N];
   const float* normals[3][N];
-  const float* material[4][N];
+  const float* material[N];
   Vec4 placed[3][N];  ///< positions of instances
   Vec4 turned[3][N];  ///< normals of instances and motion, not normalised
   alignas(32) float mirror[N];
@@ -123,9 +123,7 @@ struct LaneSurfaces::Rows {
       for (std::size_t c = 0; c < 3; ++c) {
         positions[c][k] = kNothing;
       }
-      for (auto& part : material) {
-        part[k] = kNothing;
-      }
+      material[k] = kNothing;
     }
     for (unsigned rest = smooth != 0 ? kAll & ~smooth : 0; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(rest));
@@ -154,8 +152,6 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                       !turns_tangents(mesh, m.normal) && !turns_tangents(mesh, m.clearcoat_normal);
     const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
     has_layers_ = has_layers_ || has_layers;
-    const bool has_alpha_map =
-        m.base_color.texture != nullptr && !m.base_color.texture->is_opaque();
     const bool is_solid = placed.solid != kNoSolid;
     const bool is_supported =
         !is_unsupported(m, is_solid) &&
@@ -175,7 +171,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                        &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
                        maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
                        mesh.later.empty() ? nullptr : &mesh,
-                       same_coverage(m, has_alpha_map || !mesh.colors.empty()), m.is_clear,
+                       same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()), m.is_clear,
                        m.factors.double_sided, shines_alone(m), has_layers, is_wall, placed.solid});
   }
 }
@@ -256,9 +252,7 @@ template <std::size_t N>
 void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                                 const PlacedInstance* instance) {
   const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
-  for (std::size_t part = 0; part < 4; ++part) {
-    rows.material[part][k] = mesh.row->at + 4 * part;
-  }
+  rows.material[k] = mesh.row->at;
   const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
   rows.light[k] = static_cast<std::int32_t>(
       mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
@@ -485,9 +479,7 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   }
   s.normal = facing(shading * side, wo);
   Floats<N> c[4][4];
-  for (std::size_t part = 0; part < 4; ++part) {
-    transpose(rows.material[part], c[part]);
-  }
+  transpose_rows(rows.material, c);
   s.base_color = {c[0][0], c[0][1], c[0][2]};
   s.metallic = c[0][3];
   s.roughness = c[1][0];

@@ -172,7 +172,8 @@ core::Result<std::optional<std::string>> DatabaseMark::find_loss_of_log(std::uin
 core::Result<std::optional<std::string>> DatabaseMark::find_loss() const {
   const auto text = text_of(database_ + "-mark", kMarkBytes);
   std::error_code code;
-  if (!text || !std::filesystem::exists(database_, code)) {
+  // Its first words are not synced: a power failure may leave an empty file.
+  if (!text || text->empty() || !std::filesystem::exists(database_, code)) {
     return std::optional<std::string>();
   }
   const std::string line = text->substr(0, text->find_last_not_of(" \n") + 1);

@@ -43,6 +43,12 @@ class KilledDatabase : public testing::Test {
 
 TEST_F(KilledDatabase, IsWhole) { EXPECT_EQ(damage(), ""); }
 
+// A power failure soon after the mark was made, before anything of it was synced.
+TEST_F(KilledDatabase, IsWholeWithAnEmptyMark) {
+  test_support::write_file(path() + "-mark", "");
+  EXPECT_EQ(damage(), "");
+}
+
 TEST_F(KilledDatabase, ReportedWhereverABitOfTheLogFlips) {
   const std::uint64_t bytes = std::filesystem::file_size(path() + "-wal");
   const std::string log = test_support::read_file(path() + "-wal");

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "api/job/job_spec.h"
+#include "api/json/error_codes.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/log.h"
 #include "server/observe/memory_gate.h"
@@ -157,6 +158,8 @@ class World {
     return *std::move(request);
   }
   void submit(int tenant, const std::string& id);
+  /// Cancels the job; then, perhaps, removes it and uses its id again.
+  void cancel(int tenant, const std::string& id, const JobPointer& job, Random& random);
   /// Returns the job if it is there; checks that it is as it was acknowledged.
   JobPointer look(int tenant, const std::string& id);
   void check_view(const std::string& id, const KnownJob& known, const api::JobView& view);
@@ -192,7 +195,7 @@ std::string access_name(int tenant) { return "tenant" + std::to_string(tenant); 
 void World::begin(bool is_quick) {
   Random random(life_.seed * 1'000'003 + life_.number);
   constexpr std::array kPreempts = {0.0, 0.002, 0.02, 0.2};
-  constexpr std::array kStalls = {0.0, 0.0, 1e-5, 1e-4};
+  constexpr std::array kStalls = {0.0, 1e-5, 1e-4, 1e-3};
   constexpr std::array<Nanoseconds, 3> kSlices = {kSecond / 100, kSecond / 4, 3 * kSecond};
   constexpr std::array<Nanoseconds, 3> kSyncs = {0, kSecond / 200, kSecond};
   Schedule schedule{.seed = random.next(), .start = life_.start};
@@ -344,7 +347,13 @@ void World::check_film(const std::string& id, const JobPointer& job) {
   const KnownJob known = ledger_.jobs()[id];
   const auto film = server_.jobs->films().final_film(*job, {});
   const JobState state = job->state();
-  if (state != JobState::kFinished || known.is_damaged) {
+  if (known.is_damaged) {
+    return;
+  }
+  if (state != JobState::kFinished) {  // Cancelled: it may have a film.
+    if (!film && film.error().code == api::kGone) {
+      fail("the film of cancelled job " + id + " is lost: " + film.error().message);
+    }
     return;
   }
   const std::string expected = ledger_.digest(known.kind, known.samples);
@@ -388,12 +397,32 @@ JobPointer World::look(int tenant, const std::string& id) {
   return *job;
 }
 
+void World::cancel(int tenant, const std::string& id, const JobPointer& job, Random& random) {
+  server::JobService& jobs = *server_.jobs;
+  ask(tenant, "cancel", id);
+  note_answer(tenant, "cancel", id, jobs.cancel(job));
+  if (random.chance(0.5)) {
+    ask(tenant, "remove", id);
+    note_answer(tenant, "remove", id, jobs.remove(job));
+    if (random.chance(0.5) && ledger_.jobs()[id].is_removed) {  // The id may be used again.
+      ask(tenant, "submit", id, draw_job(random));
+      submit(tenant, id);
+    }
+  }
+}
+
 void World::act(int tenant, Random& random) {
   const std::vector<std::string> ids = ids_of(tenant);
   if (ids.size() < 2 || (ids.size() < kJobsOfTenant && random.chance(0.3))) {
     const std::string id = server::make_uuid();
     ask(tenant, "submit", id, draw_job(random));
     submit(tenant, id);
+    if (random.chance(0.2)) {  // A mistake: while it waits, loads or has just begun.
+      sleep_for(static_cast<Nanoseconds>(random.exponential(0.05 * kSecond)));
+      if (const JobPointer job = look(tenant, id)) {
+        cancel(tenant, id, job, random);
+      }
+    }
     return;
   }
   const std::string id = ids[random.below(ids.size())];
@@ -433,16 +462,7 @@ void World::act(int tenant, Random& random) {
       }
       break;
     case 3:
-      ask(tenant, "cancel", id);
-      note_answer(tenant, "cancel", id, jobs.cancel(job));
-      if (random.chance(0.5)) {
-        ask(tenant, "remove", id);
-        note_answer(tenant, "remove", id, jobs.remove(job));
-        if (random.chance(0.5) && ledger_.jobs()[id].is_removed) {  // The id may be used again.
-          ask(tenant, "submit", id, draw_job(random));
-          submit(tenant, id);
-        }
-      }
+      cancel(tenant, id, job, random);
       break;
     default:
       patch("resume", R"({"paused": false})");

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <vector>
 
 namespace simulation {
@@ -21,7 +22,8 @@ void flip(const std::filesystem::path& path, std::uint64_t place, unsigned bit) 
 
 std::string damage_film(const std::string& data, Random& random) {
   std::vector<std::filesystem::path> films;
-  for (const auto& entry : std::filesystem::directory_iterator(data + "/films")) {
+  std::error_code none;  // The process may have ended before it made the folder.
+  for (const auto& entry : std::filesystem::directory_iterator(data + "/films", none)) {
     if (entry.file_size() > 0) {
       films.push_back(entry.path());
     }

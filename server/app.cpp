@@ -22,6 +22,7 @@
 #include "api/job/job_spec.h"
 #include "api/json/limits.h"
 #include "core/accel/arithmetic.h"
+#include "core/base/shown_address.h"
 #include "server/arrival.h"
 #include "server/auth/guard.h"
 #include "server/auth/key_ring.h"
@@ -496,7 +497,7 @@ int serve(const Config& config, const std::function<core::Result<Config>()>& rea
   const char* scheme = config.tls_cert.empty() ? "http" : "https";
   std::printf("listening on %s://%s:%d\n", scheme, url_host(config.listen).c_str(), *port);
   if (!config.announce.empty()) {
-    std::printf("open %s in a browser\n", config.announce.c_str());
+    std::printf("open %s in a browser\n", core::shown_address(config.announce).c_str());
   } else if (config.demo) {
     std::printf("open %s://localhost:%d/ in a browser\n", scheme, *port);
   }

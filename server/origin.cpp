@@ -8,14 +8,16 @@
 
 #include <arpa/inet.h>
 
+#include "core/base/shown_address.h"
 #include "server/http/text.h"
 
 namespace server {
 namespace {
 
 core::Error refused(std::string_view text, const char* expected) {
-  return {
-      core::ErrorCode::kInvalidArgument, "\"" + std::string(text) + "\" is not " + expected, {}};
+  return {core::ErrorCode::kInvalidArgument,
+          "\"" + core::shown_address(text) + "\" is not " + expected,
+          {}};
 }
 
 std::string in_lower_case(std::string_view text) {
@@ -25,11 +27,23 @@ std::string in_lower_case(std::string_view text) {
   return lower;
 }
 
-/// RFC 3986, 3.2.2, of names that DNS can resolve: letters, digits, dashes, dots, underscores.
+/// RFC 1123, 2.1, and underscores: labels of letters, digits and dashes, which begin and end none.
 bool is_name(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '-' || c == '.' || c == '_';
-  });
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('.'), text.size());
+    const std::string_view label = text.substr(0, end);
+    const bool is_label = std::all_of(label.begin(), label.end(), [](unsigned char c) {
+      return std::isalnum(c) != 0 || c == '-' || c == '_';
+    });
+    if (label.empty() || !is_label || label.front() == '-' || label.back() == '-') {
+      return false;
+    }
+    if (end == text.size()) {
+      return true;
+    }
+    text.remove_prefix(end + 1);
+  }
+  return false;
 }
 
 bool is_bracketed_address(std::string_view text) {
@@ -42,8 +56,11 @@ bool is_bracketed_address(std::string_view text) {
 
 /// Returns host and port in lower case; the port is empty if there is none.
 std::optional<std::pair<std::string, std::string>> split_host(std::string_view text) {
-  const std::string_view name = without_port(text);
+  std::string_view name = without_port(text);
   const std::string_view port = text.substr(name.size());
+  if (name.ends_with('.')) {  // the root of DNS
+    name.remove_suffix(1);
+  }
   constexpr std::uint64_t kPorts = 65536;
   const auto number =
       port.empty() ? std::optional<std::uint64_t>(0) : parse_decimal(port.substr(1));

@@ -9,6 +9,7 @@
 
 #include "api/json/error_codes.h"
 #include "clients/cli/proxy.h"
+#include "core/base/shown_address.h"
 
 namespace cli {
 namespace {
@@ -43,7 +44,9 @@ core::Result<Address> parse_address(const std::string& url) {
   const std::string kind = url.substr(0, scheme == std::string::npos ? 0 : scheme);
   if (kind != "http" && kind != "https") {
     return Error{ErrorCode::kInvalidArgument,
-                 "\"" + url + "\" is not a server address such as http://127.0.0.1:8080", ""};
+                 "\"" + core::shown_address(url) +
+                     "\" is not a server address such as http://127.0.0.1:8080",
+                 ""};
   }
   const auto path = url.find('/', scheme + 3);
   Address address{.origin = url.substr(0, path),
@@ -60,7 +63,8 @@ core::Result<Address> parse_address(const std::string& url) {
     address.prefix.pop_back();
   }
   if (address.origin.size() <= scheme + 3) {
-    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" contains no host", ""};
+    return Error{ErrorCode::kInvalidArgument,
+                 "\"" + core::shown_address(url) + "\" contains no host", ""};
   }
   read_host(address);
   return address;
@@ -120,7 +124,9 @@ core::Error error_of_reply(const Reply& reply) {
   std::string text = "the server answered " + std::to_string(reply.status);
   const auto json = nlohmann::json::parse(reply.body, nullptr, false);
   if (reply.status >= 300 && reply.status < 400) {
-    text += reply.location.empty() ? "" : ": it is at " + reply.location + "; give that address";
+    text += reply.location.empty()
+                ? ""
+                : ": it is at " + core::shown_address(reply.location) + "; give that address";
   } else if (!json.is_object()) {
     text =
         "a proxy before the server, or another program, answered " + std::to_string(reply.status);
@@ -150,10 +156,52 @@ core::Error error_of_reply(const Reply& reply) {
   return Error{code_of_status(reply.status), std::move(text), ""};
 }
 
+namespace {
+
+constexpr int kConnectSeconds = 5;
+
+Error blocked(const std::string& url, const ProxyAddress& proxy, const std::string& reason) {
+  return Error{ErrorCode::kUnavailable,
+               "cannot reach a server at " + core::shown_address(url) +
+                   " through the proxy http://" + proxy.host + ":" + std::to_string(proxy.port) +
+                   " of " + proxy.variable + ": " + reason +
+                   ". NO_PROXY lists hosts that need no proxy.",
+               ""};
+}
+
+/// Asks a proxy to connect to a server, as httplib does before TLS; but httplib 0.11 goes on after
+/// a refusal, and waits for itself forever when the answer ends the connection.
+core::Status check_proxy(const std::string& url, const Address& address,
+                         const ProxyAddress& proxy) {
+  httplib::Client http(proxy.host, proxy.port);
+  http.set_connection_timeout(kConnectSeconds);
+  http.set_read_timeout(kConnectSeconds);
+  httplib::Request connect;
+  connect.method = "CONNECT";
+  connect.path = address.host + ":" + std::to_string(address.port);
+  if (!proxy.user.empty()) {
+    connect.headers.insert(
+        httplib::make_basic_authentication_header(proxy.user, proxy.password, /*is_proxy=*/true));
+  }
+  const auto answer = http.send(connect);
+  if (!answer) {
+    return blocked(url, proxy, httplib::to_string(answer.error()));
+  }
+  if (answer->status != 200) {
+    return blocked(url, proxy, "the proxy answers " + std::to_string(answer->status));
+  }
+  const bool is_end = answer->get_header_value("Connection") == "close" ||
+                      (answer->version == "HTTP/1.0" && answer->reason != "Connection established");
+  return is_end ? core::Status(blocked(url, proxy, "the proxy's answer ends the connection"))
+                : core::ok_status();
+}
+
+}  // namespace
+
 struct ApiClient::Impl {
   Impl(const Address& address, const std::string& key)
       : http(address.origin), prefix(address.prefix) {
-    http.set_connection_timeout(5);
+    http.set_connection_timeout(kConnectSeconds);
     http.set_read_timeout(90);  // above the longest allowed wait
     http.set_write_timeout(60);
     http.set_keep_alive(true);
@@ -164,6 +212,7 @@ struct ApiClient::Impl {
   }
   httplib::Client http;
   std::string prefix;
+  std::optional<ProxyAddress> proxy;
   Last last;
 };
 
@@ -179,7 +228,8 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
   }
   auto impl = std::make_unique<Impl>(*address, key);
   if (!impl->http.is_valid()) {
-    return Error{ErrorCode::kInvalidArgument, "\"" + url + "\" is not a server address", ""};
+    return Error{ErrorCode::kInvalidArgument,
+                 "\"" + core::shown_address(url) + "\" is not a server address", ""};
   }
   auto proxy = proxy_for(address->scheme, address->host, address->port, [](const char* name) {
     const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): never set here.
@@ -193,6 +243,12 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
     if (!(*proxy)->user.empty()) {
       impl->http.set_proxy_basic_auth((*proxy)->user, (*proxy)->password);
     }
+    if (address->scheme == "https") {
+      if (const auto willing = check_proxy(url, *address, **proxy); !willing) {
+        return willing.error();
+      }
+    }
+    impl->proxy = **proxy;
   }
   impl->http.enable_server_certificate_verification(certificates == Certificates::kChecked);
   return std::unique_ptr<ApiClient>(new ApiClient(std::move(url), std::move(impl)));
@@ -200,16 +256,21 @@ core::Result<std::unique_ptr<ApiClient>> ApiClient::connect(std::string url, con
 
 namespace {
 
-Error unreachable(const std::string& url, httplib::Error error) {
+Error unreachable(const std::string& url, httplib::Error error,
+                  const std::optional<ProxyAddress>& proxy) {
   if (error == httplib::Error::Write) {
     return Error{ErrorCode::kUnavailable,
-                 "the server at " + url +
+                 "the server at " + core::shown_address(url) +
                      " closed the connection while data was sent to it; the file may be larger "
                      "than it accepts (\"limits\" of GET /v1/server)",
                  ""};
   }
+  if (proxy) {
+    return blocked(url, *proxy, httplib::to_string(error));
+  }
   return Error{ErrorCode::kUnavailable,
-               "cannot reach a server at " + url + " (" + httplib::to_string(error) +
+               "cannot reach a server at " + core::shown_address(url) + " (" +
+                   httplib::to_string(error) +
                    "). Start one with `tessera serve`, or give another address with --server or "
                    "TESSERA_SERVER.",
                ""};
@@ -245,8 +306,8 @@ std::vector<std::string> missing_in(const Reply& reply) {
   return names;
 }
 
-core::Result<Reply> finish(const std::string& url, const httplib::Result& result,
-                           ApiClient::Last& last) {
+core::Result<Reply> finish(const std::string& url, const std::optional<ProxyAddress>& proxy,
+                           const httplib::Result& result, ApiClient::Last& last) {
   last = {};
   if (result) {
     last.status = result->status;
@@ -255,9 +316,12 @@ core::Result<Reply> finish(const std::string& url, const httplib::Result& result
     std::from_chars(pause.data(), pause.data() + pause.size(), last.retry_after_seconds);
   }
   if (!result) {
-    return unreachable(url, result.error());
+    return unreachable(url, result.error(), proxy);
   }
   Reply reply = to_reply(*result);
+  if (reply.status == 407 && proxy) {
+    return blocked(url, *proxy, "the proxy answers 407");
+  }
   if (reply.status < 200 || reply.status > 299) {
     last.missing = missing_in(reply);
     return error_of_reply(reply);
@@ -268,12 +332,13 @@ core::Result<Reply> finish(const std::string& url, const httplib::Result& result
 }  // namespace
 
 core::Result<Reply> ApiClient::get(const std::string& path, const Headers& headers) {
-  return finish(url_, impl_->http.Get(impl_->prefix + path, to_httplib(headers)), impl_->last);
+  return finish(url_, impl_->proxy, impl_->http.Get(impl_->prefix + path, to_httplib(headers)),
+                impl_->last);
 }
 
 core::Result<Reply> ApiClient::post(const std::string& path, std::string_view body,
                                     const std::string& content_type, const Headers& headers) {
-  return finish(url_,
+  return finish(url_, impl_->proxy,
                 impl_->http.Post(impl_->prefix + path, to_httplib(headers), body.data(),
                                  body.size(), content_type),
                 impl_->last);
@@ -281,25 +346,26 @@ core::Result<Reply> ApiClient::post(const std::string& path, std::string_view bo
 
 core::Result<Reply> ApiClient::put(const std::string& path, std::string_view body,
                                    const std::string& content_type) {
-  return finish(url_, impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type),
+  return finish(url_, impl_->proxy,
+                impl_->http.Put(impl_->prefix + path, body.data(), body.size(), content_type),
                 impl_->last);
 }
 
 core::Result<Reply> ApiClient::patch(const std::string& path, std::string_view body,
                                      const std::string& content_type) {
-  return finish(url_,
+  return finish(url_, impl_->proxy,
                 impl_->http.Patch(impl_->prefix + path, body.data(), body.size(), content_type),
                 impl_->last);
 }
 
 core::Result<Reply> ApiClient::remove(const std::string& path) {
-  return finish(url_, impl_->http.Delete(impl_->prefix + path), impl_->last);
+  return finish(url_, impl_->proxy, impl_->http.Delete(impl_->prefix + path), impl_->last);
 }
 
 core::Result<int> ApiClient::head(const std::string& path) {
   const auto result = impl_->http.Head(impl_->prefix + path);
   if (!result) {
-    return unreachable(url_, result.error());
+    return unreachable(url_, result.error(), impl_->proxy);
   }
   return int{result->status};
 }
@@ -329,7 +395,7 @@ core::Result<int> ApiClient::stream(const std::string& path, const Headers& head
     return 200;
   }
   if (!result) {
-    return unreachable(url_, result.error());
+    return unreachable(url_, result.error(), impl_->proxy);
   }
   if (failure.status != 200 && failure.status != 204) {
     return error_of_reply(failure);

@@ -36,7 +36,8 @@ void print_table(const Json& list) {
     const std::string scene = text_at(spec, "scene");
     std::printf("%-36s  %-9s  %4d%%  %8.0f  %10s  %9s  %s\n", text_at(job, "id").c_str(),
                 facts.state.c_str(), static_cast<int>(facts.fraction * 100),
-                facts.samples_per_pixel, error_text(facts.relative_error).c_str(),
+                facts.samples_per_pixel,
+                (error_text(facts.relative_error) + (facts.is_unreliable ? "?" : "")).c_str(),
                 duration_text(facts.elapsed_seconds).c_str(),
                 shown(name.empty() ? scene.substr(0, 24) : name).c_str());
   }

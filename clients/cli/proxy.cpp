@@ -62,10 +62,13 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
                                                     const std::string& host_name, int port,
                                                     const Variable& variable) {
   const std::string host = in_lower_case(host_name);
-  const std::string name = scheme == "https" ? "HTTPS_PROXY" : "HTTP_PROXY";
-  std::string_view url;
-  const std::string value = either(variable, name);
-  url = value;
+  std::string name = scheme == "https" ? "HTTPS_PROXY" : "HTTP_PROXY";
+  std::string value = either(variable, name);
+  if (value.empty()) {
+    name = "ALL_PROXY";
+    value = either(variable, name);
+  }
+  std::string_view url = value;
   if (url.empty() || is_of_this_machine(host) ||
       is_exempt(either(variable, "NO_PROXY"), host, port)) {
     return std::optional<ProxyAddress>();
@@ -79,7 +82,7 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
     url.remove_prefix(mark + 3);
   }
   url = url.substr(0, url.find('/'));
-  ProxyAddress proxy;
+  ProxyAddress proxy = {.variable = name, .host = {}};
   if (const std::size_t at = url.rfind('@'); at != std::string_view::npos) {
     const std::string_view user = url.substr(0, at);
     const std::size_t colon = std::min(user.find(':'), user.size());
@@ -98,7 +101,11 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
       return unusable;
     }
   }
-  if (proxy.host.empty()) {
+  constexpr std::string_view kOfNames = "-._:[]";
+  const bool is_name = std::all_of(proxy.host.begin(), proxy.host.end(), [&](unsigned char c) {
+    return std::isalnum(c) != 0 || kOfNames.find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (proxy.host.empty() || !is_name) {
     return unusable;
   }
   return std::optional(proxy);

@@ -18,6 +18,7 @@
 
 #include "api/flags/flags.h"
 #include "api/json/limits.h"
+#include "core/base/shown_address.h"
 #include "core/scene_io/convert.h"
 #include "server/http/text.h"
 #include "server/origin.h"
@@ -277,7 +278,7 @@ void add_flags(CLI::App& app, Config& config) {
           [](std::string& text) -> std::string {
             const auto path = base_path(text);
             if (!path) {
-              return "\"" + text + "\" is not a path such as /render";
+              return "\"" + core::shown_address(text) + "\" is not a path such as /render";
             }
             text = *path;
             return {};
@@ -454,7 +455,7 @@ core::Result<Config> parse_config(std::span<const std::string_view> args, const 
     // Empty variables count as unset: compose files pass `${NAME:-}`.
     const std::string value = environ(variable_name(name)).value_or("");
     if (is_service_link(value)) {
-      config.warnings.push_back(variable_name(name) + "=" + value +
+      config.warnings.push_back(variable_name(name) + "=" + core::shown_address(value) +
                                 " is ignored: it is the link of a service, not a setting");
     } else if (!value.empty() && option != app.get_help_ptr()) {
       if (auto status = apply_value(app, name, value, variable_name(name)); !status) {
@@ -482,9 +483,12 @@ std::string config_text(const Config& config) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_configurable()) {
       const std::string value = option->get_default_str();
-      const bool hidden = option->get_type_name() == kSecret && !value.empty();
-      text += (hidden ? "# " : "") + option->get_single_name() + " = " +
-              (hidden ? "(not shown)" : value) + "\n";
+      const bool is_secret = option->get_type_name() == kSecret && !value.empty();
+      const bool is_url = option->get_type_name() == "URL";
+      const std::string safe = is_secret ? "(not shown)"
+                               : is_url  ? core::shown_address(value)
+                                         : value;
+      text += (safe == value ? "" : "# ") + option->get_single_name() + " = " + safe + "\n";
     }
   }
   return text;

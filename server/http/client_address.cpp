@@ -8,6 +8,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "core/base/shown_address.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -151,9 +152,10 @@ core::Result<Networks> Networks::parse(const std::vector<std::string>& texts) {
       clear_from(network.bytes, network.prefix_bits);
     }
     if (!bytes || !prefix || network.bytes != *bytes) {
-      return core::Error{core::ErrorCode::kInvalidArgument,
-                         "\"" + text + "\" is not a network such as 10.0.0.0/8 or fd00::/8",
-                         {}};
+      return core::Error{
+          core::ErrorCode::kInvalidArgument,
+          "\"" + core::shown_address(text) + "\" is not a network such as 10.0.0.0/8 or fd00::/8",
+          {}};
     }
     networks.networks_.push_back(network);
   }

@@ -10,6 +10,7 @@
 #include <sys/time.h>
 
 #include "core/base/descriptor.h"
+#include "core/base/shown_address.h"
 #include "server/queue/nats_link.h"
 
 namespace queue {
@@ -53,7 +54,9 @@ core::Result<std::string> host_and_port(const std::string& url) {
     return endpoint->host + ":" + endpoint->port;
   }
   return Error{ErrorCode::kInvalidArgument,
-               "\"" + url + "\" is not an address of a NATS server such as nats://HOST:4222", ""};
+               "\"" + core::shown_address(url) +
+                   "\" is not an address of a NATS server such as nats://HOST:4222",
+               ""};
 }
 
 core::Status check_version(std::string_view version) {

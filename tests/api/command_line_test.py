@@ -1,15 +1,19 @@
 """Errors that the command line reports: wrong usage, failures, and their messages."""
 
+import http.server
 import json
 import math
 import os
 import re
+import socket
 import subprocess
 import tempfile
+import threading
 
 from harness import (
     BINARY,
     ApiTest,
+    Server,
     hdr_image,
     job_body,
     png_data,
@@ -53,6 +57,56 @@ class CommandLine(ApiTest):
             if words[0] == "submit":
                 newest = self.server.get("/v1/jobs?limit=1").json()["jobs"][0]["id"]
                 self.assertIn("the job is " + newest, done.stderr)
+
+    def test_addresses_are_shown_without_their_password(self):
+        for address in ("ftp://u:secretpw@x", "u:secretpw@host", "http//u:secretpw@x",
+                        "http:/u:secretpw@x", "HTTP://u:secretpw@x", " http://u:secretpw@x",
+                        "http:///u:secretpw@x", "http://u:a@secretpw@x", "http://u:a/secretpw@x:1"):
+            code, _, said = tessera("jobs", "--server", address)
+            self.assertNotEqual(code, 0, address)
+            self.assertIn("***@", said)
+            self.assertNotIn("secretpw", said)
+            _, _, said = tessera("jobs", environ={"TESSERA_SERVER": address})
+            self.assertNotIn("secretpw", said)
+            if ":1" not in address:
+                for verb in ("serve", "worker"):
+                    code, printed, said = tessera(verb, "--queue", address)
+                    self.assertNotEqual(code, 0, address)
+                    self.assertNotIn("secretpw", printed + said)
+
+    def test_announces_without_a_password(self):
+        server = Server("--announce", "https://u:secretpw@render.example.org/")
+        self.addCleanup(server.close)
+        server.start()
+        self.assertEqual(server.process.stdout.readline(),
+                         b"open https://***@render.example.org/ in a browser\n")
+
+    def test_errors_of_a_proxy_name_it_without_its_password(self):
+        class Refusing(http.server.BaseHTTPRequestHandler):
+            def do_CONNECT(self):
+                self.send_error(502)
+
+            def log_message(self, *_):
+                pass
+
+        proxy = http.server.HTTPServer(("127.0.0.1", 0), Refusing)
+        self.addCleanup(proxy.server_close)
+        self.addCleanup(proxy.shutdown)
+        threading.Thread(target=proxy.serve_forever, daemon=True).start()
+        with socket.create_server(("127.0.0.1", 0)) as closed:
+            closed_port = closed.getsockname()[1]
+        for variable, port, scheme, words in (
+            ("HTTPS_PROXY", proxy.server_port, "https", "the proxy answers 502"),
+            ("all_proxy", proxy.server_port, "https", "of ALL_PROXY: the proxy answers 502"),
+            ("HTTPS_PROXY", closed_port, "https", "of HTTPS_PROXY: "),
+            ("HTTP_PROXY", closed_port, "http", "of HTTP_PROXY: "),
+        ):
+            _, _, said = tessera("jobs", "--server", scheme + "://render.example.org", environ={
+                variable: f"http://u:secretpw@127.0.0.1:{port}"})
+            self.assertIn(f"through the proxy http://127.0.0.1:{port}", said)
+            self.assertIn(words, said)
+            self.assertNotIn("secretpw", said)
+            self.assertNotIn("Start one", said)
 
     def test_control_characters_of_others_are_shown_as_text(self):
         name = "\x1b]0;title\x07"
@@ -216,6 +270,17 @@ class CommandLine(ApiTest):
         head, row = printed.splitlines()
         self.assertTrue(head.endswith("  NAME") and row.endswith("  oak chair"), printed)
         self.assertEqual(head.index("NAME"), row.index("oak chair"))
+
+    def test_list_of_jobs_marks_unreliable_errors(self):
+        for samples in (2, 64):
+            self.server.render(job_body(samples=samples))
+        jobs = self.server.get("/v1/jobs?limit=20").json()["jobs"]
+        marks = {job["id"]: job["error"]["unreliable"] for job in jobs if job["error"]}
+        self.assertEqual(set(marks.values()), {True, False})
+        _, printed, _ = tessera("jobs", *self.server_flags)
+        for row in printed.splitlines()[1:]:
+            if row.split()[0] in marks:
+                self.assertEqual("%?  " in row, marks[row.split()[0]], row)
 
     def test_samples_and_spp_are_one_flag(self):
         for flag in ("--samples", "--spp"):

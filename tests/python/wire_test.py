@@ -177,6 +177,23 @@ class Problems(unittest.TestCase):
             Script(*[(502, b"<html>", {})] * 3).client().info()
 
 
+    def test_redirects_name_their_target_without_a_password(self):
+        target = {"Location": "https://u:secretpw@render.example.org/v1/server"}
+        for status in (301, 307, 308):
+            with self.assertRaisesRegex(
+                tessera.Problem, r"it is at https://\*\*\*@render.example.org/v1/server; give"
+            ):
+                Script((status, b"<html>", target)).client().info()
+
+    def test_addresses_are_shown_without_their_password(self):
+        for address in ("ftp://u:secretpw@x", "u:secretpw@x", "http//u:secretpw@x"):
+            with self.assertRaises(tessera.TesseraError) as caught:
+                tessera.Client(address)
+            self.assertNotIn("secretpw", str(caught.exception))
+        client = tessera.Client("http://u:secretpw@127.0.0.1:1")
+        self.assertNotIn("secretpw", repr(client))
+
+
 class Requests(unittest.TestCase):
     def sent(self, scene="glass", **options):
         script = Script(201)

@@ -31,6 +31,14 @@ TEST(Proxy, FollowsTheScheme) {
   EXPECT_EQ(with_password->user + " " + with_password->password, "me secret");
 }
 
+TEST(Proxy, OfAllSchemesIsTheLastResort) {
+  const auto all = proxy({{"ALL_PROXY", "http://a:1"}}, "x.org", "https");
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->variable + " " + all->host, "ALL_PROXY a");
+  EXPECT_EQ(proxy({{"all_proxy", "http://a:1"}, {"HTTP_PROXY", "http://b:1"}})->host, "b");
+  EXPECT_FALSE(proxy({{"ALL_PROXY", "http://a:1"}, {"NO_PROXY", "*"}}));
+}
+
 TEST(Proxy, IsNotForExemptHostsAndThisMachine) {
   for (const char* list : {"*", "example.org", ".example.org", "x, render.example.org",
                            "*.example.org", "RENDER.example.org:8080"}) {
@@ -45,12 +53,14 @@ TEST(Proxy, IsNotForExemptHostsAndThisMachine) {
 }
 
 TEST(Proxy, RefusesOtherAddressesWithoutTheirPassword) {
-  for (const char* url : {"socks5://a:1", "http://me:secret@a:x", "http://:1", "http://a:70000"}) {
+  for (const char* url : {"socks5://a:1", "http://me:secret@a:x", "http://:1", "http://a:70000",
+                          "garbage:", "not an address", "http://a b:1"}) {
     const auto found = cli::proxy_for("http", "h", 80, [&](const char* name) {
       return std::string(name) == "HTTP_PROXY" ? std::string(url) : std::string();
     });
     ASSERT_FALSE(found) << url;
     EXPECT_EQ(found.error().message.find("secret"), std::string::npos);
+    EXPECT_TRUE(found.error().message.starts_with("HTTP_PROXY "));
   }
 }
 

@@ -15,7 +15,7 @@ from urllib.parse import quote, urlsplit
 
 import httpx
 
-from .errors import ConnectionFailed, Problem, TesseraError, problem_of
+from .errors import ConnectionFailed, Problem, TesseraError, problem_of, shown_address
 
 Json = dict[str, Any]
 Params = Mapping[str, str | int | float | Sequence[str]]
@@ -136,7 +136,7 @@ def conclude(call: Call, outcome: Outcome, tries: int, server: str) -> httpx.Res
 
 def unreachable(server: str, error: Exception) -> ConnectionFailed:
     said = str(error) or type(error).__name__
-    return ConnectionFailed(f"cannot reach the server at {server}: {said}")
+    return ConnectionFailed(f"cannot reach the server at {shown_address(server)}: {said}")
 
 
 class Comeback:
@@ -195,7 +195,7 @@ class Address:
         """Takes arguments, else TESSERA_SERVER and TESSERA_KEY, else the default and no key."""
         url = server or os.environ.get("TESSERA_SERVER") or DEFAULT_SERVER
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
-            raise TesseraError(f'"{url}" is not an address such as {DEFAULT_SERVER}')
+            raise TesseraError(f'"{shown_address(url)}" is not an address such as {DEFAULT_SERVER}')
         return Address(url.rstrip("/"), os.environ.get("TESSERA_KEY", "") if key is None else key)
 
     def settings(self, timeout_s: float) -> Json:

@@ -42,7 +42,7 @@ from ._wire import (
 )
 from .async_batch import AsyncBatch
 from .async_job import AsyncJob
-from .errors import MethodNotAllowed, MissingFiles, NotFound, problem_of
+from .errors import MethodNotAllowed, MissingFiles, NotFound, problem_of, shown_address
 from .options import JobOptions, make_request
 from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
 
@@ -83,7 +83,7 @@ class AsyncClient:
         await self._http.aclose()
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.server}>"
+        return f"<{type(self).__name__} {shown_address(self.server)}>"
 
     # Reading from the server.
 

@@ -41,7 +41,7 @@ from ._wire import (
     unreachable,
 )
 from .batch import Batch
-from .errors import MethodNotAllowed, MissingFiles, NotFound, problem_of
+from .errors import MethodNotAllowed, MissingFiles, NotFound, problem_of, shown_address
 from .job import Job
 from .options import JobOptions, make_request
 from .results import Comparison, LabPoint, LabRun, Scene, ServerInfo
@@ -83,7 +83,7 @@ class Client:
         self._http.close()
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.server}>"
+        return f"<{type(self).__name__} {shown_address(self.server)}>"
 
     # Reading from the server.
 

@@ -6,6 +6,7 @@ the API uses; `ConnectionFailed` means that there was no response. All derive fr
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -176,6 +177,13 @@ BY_STATUS: dict[int, type[Problem]] = {
 }
 
 
+def shown_address(url: str) -> str:
+    """Returns the address with *** for all before its last @, which may be a password."""
+    before, at, host = url.rpartition("@")
+    scheme = re.match(r"[A-Za-z0-9]+://", before)
+    return (scheme[0] if scheme else "") + "***@" + host if at else url
+
+
 def problem_of(response: httpx.Response) -> Problem:
     """Returns the exception for an unsuccessful response whose body has been read."""
     status = response.status_code
@@ -186,5 +194,7 @@ def problem_of(response: httpx.Response) -> Problem:
     if not isinstance(body, dict):
         # Not from the server: a proxy, for example.
         body = {"title": response.reason_phrase, "detail": response.text[:500]}
+    if place := response.headers.get("Location") if 300 <= status < 400 else None:
+        body["detail"] = f"it is at {shown_address(place)}; give that address"
     kind = BY_STATUS.get(status, ServerFault if status >= 500 else Problem)
     return kind(status, body, response.headers.get("X-Request-Id", ""))

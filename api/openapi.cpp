@@ -303,7 +303,8 @@ Json components() {
 
 }  // namespace
 
-Json openapi_document(const Capabilities& capabilities, std::string_view version) {
+Json openapi_document(const Capabilities& capabilities, std::string_view version,
+                      const std::string& base_path) {
   Json document;
   document["openapi"] = "3.1.0";
   document["info"] = {
@@ -315,7 +316,7 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
        "errors are application/problem+json (RFC 9457) with JSON pointers to the errors; unknown "
        "fields are refused; every response has X-Request-Id."},
       {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}};
-  document["servers"] = Json::array({{{"url", "/"}, {"description", "This server."}}});
+  document["servers"] = Json::array({{{"url", base_path + "/"}, {"description", "This server."}}});
   // The empty requirement: a server on loopback needs no key.
   document["security"] =
       Json::array({{{"bearer", Json::array()}}, {{"cookie", Json::array()}}, Json::object()});
@@ -333,8 +334,9 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
   return document;
 }
 
-std::string openapi_json(const Capabilities& capabilities, std::string_view version) {
-  return dump(openapi_document(capabilities, version));
+std::string openapi_json(const Capabilities& capabilities, std::string_view version,
+                         const std::string& base_path) {
+  return dump(openapi_document(capabilities, version, base_path));
 }
 
 }  // namespace api

@@ -9,9 +9,12 @@
 
 namespace api {
 
-/// Contains only available operations. version: of the program.
-Json openapi_document(const Capabilities& capabilities, std::string_view version);
+/// Contains only available operations. version: of the program. base_path: "/render" for a server
+/// that a proxy places below a path.
+Json openapi_document(const Capabilities& capabilities, std::string_view version,
+                      const std::string& base_path = "");
 /// Returns its text: GET /openapi.json.
-std::string openapi_json(const Capabilities& capabilities, std::string_view version);
+std::string openapi_json(const Capabilities& capabilities, std::string_view version,
+                         const std::string& base_path);
 
 }  // namespace api

@@ -11,7 +11,7 @@ namespace server {
 /// Returns the name or address of a Host field; IPv6 addresses keep their brackets.
 std::string_view without_port(std::string_view host);
 
-/// Returns `name`, `address`, or either with `:port`, in lower case.
+/// Returns `name`, `address`, or either with `:port`, in lower case and without a final dot.
 /// Errors: kInvalidArgument for anything else, such as an address with a scheme or a wildcard.
 core::Result<std::string> parse_host(std::string_view text);
 

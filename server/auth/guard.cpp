@@ -154,12 +154,15 @@ Guard::Guard(const LiveConfig& config, KeyRing& keys, const Tickets& tickets,
     : config_(config), keys_(keys), tickets_(tickets), sessions_(sessions) {}
 
 bool Guard::is_known_host(std::string_view host) const {
-  const std::string_view name = without_port(host);
+  const auto asked = parse_host(host);
+  if (!asked) {
+    return false;
+  }
+  const std::string_view name = without_port(*asked);
   const auto config = config_.now();
   return is_loopback(name) ||
-         std::any_of(config->hosts.begin(), config->hosts.end(), [&](const std::string& known) {
-           return equal_ignoring_case(known, name) || equal_ignoring_case(known, host);
-         });
+         std::any_of(config->hosts.begin(), config->hosts.end(),
+                     [&](const std::string& known) { return known == name || known == *asked; });
 }
 
 bool Guard::is_named_origin(std::string_view origin) const {

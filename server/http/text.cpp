@@ -152,6 +152,7 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std:
 }
 
 std::optional<std::string> base_path(std::string_view text) {
+  constexpr std::array<std::string_view, 3> kSteps = {"//", "/./", "/../"};
   while (text.ends_with('/')) {
     text.remove_suffix(1);
   }
@@ -159,8 +160,12 @@ std::optional<std::string> base_path(std::string_view text) {
     return std::isalnum(c) != 0 ||
            std::string_view("/-._~").find(static_cast<char>(c)) != std::string_view::npos;
   });
-  const bool is_path = text.empty() || (text.front() == '/' && text.find("//") == text.npos);
-  return is_plain && is_path ? std::optional<std::string>(text) : std::nullopt;
+  const std::string whole = std::string(text) + "/";
+  const bool has_steps = std::any_of(kSteps.begin(), kSteps.end(), [&](std::string_view step) {
+    return whole.find(step) != std::string::npos;
+  });
+  const bool is_path = text.empty() || text.front() == '/';
+  return is_plain && is_path && !has_steps ? std::optional<std::string>(text) : std::nullopt;
 }
 
 std::string media_type(std::string_view content_type) {

@@ -29,7 +29,7 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_query(std:
 
 /// Returns "/a/b" for "/a/b" and "/a/b/", and "" for "/": what precedes the paths of a server that
 /// a proxy places below a path. Returns empty for anything else than a path of unreserved
-/// characters.
+/// characters, and for the segments `.` and `..`.
 std::optional<std::string> base_path(std::string_view text);
 
 /// Returns the media type in lower case without parameters: "text/html" for "Text/HTML;

@@ -79,19 +79,28 @@ Response drain(const RouteContext& context, const Request& request) {
   return json_response(200, api::drain_json(context.jobs.drain()));
 }
 
+PageFile openapi_file(const RouteContext& context, const std::string& base_path) {
+  std::string text =
+      api::openapi_json(context.about.capabilities, context.about.version, base_path);
+  std::string etag = make_etag(core::sha256_hex(text.data(), text.size()).substr(0, 32));
+  return {.path = "/openapi.json",
+          .content_type = "application/json",
+          .content = std::make_shared<const std::string>(std::move(text)),
+          .etag = std::move(etag)};
+}
+
 }  // namespace
 
 void add_system_handlers(const RouteContext& context, HandlerTable& table) {
   table["getLiveness"] = {.handler = &liveness, .is_probe = true};
   table["getReadiness"] = {.handler = &readiness, .is_probe = true};
   table["getMetrics"] = {.handler = &metrics, .is_probe = true};
-  std::string openapi = api::openapi_json(context.about.capabilities, context.about.version);
-  std::string etag = make_etag(core::sha256_hex(openapi.data(), openapi.size()).substr(0, 32));
-  table["getOpenApi"] = {
-      .handler = file_handler({.path = "/openapi.json",
-                               .content_type = "application/json",
-                               .content = std::make_shared<const std::string>(std::move(openapi)),
-                               .etag = std::move(etag)})};
+  table["getOpenApi"] = {.handler = [own = openapi_file(context, context.config.base_path)](
+                                        const RouteContext& asked, const Request& request) {
+    const std::string& path = request.base_path;  // of a trusted proxy
+    const bool is_own = path.empty() || path == asked.config.base_path;
+    return page_answer(request, is_own ? own : openapi_file(asked, path));
+  }};
   table["createSession"] = {.handler = &start_session};
   table["deleteSession"] = {.handler = &end_session};
   for (const char* id : {"getDrain", "startDrain", "endDrain"}) {

@@ -63,13 +63,39 @@ TEST(Config, HostsAndOriginsHaveOneSpelling) {
              "HTTPS://Shop.example/, http://two.example:80, https://c.example:444"});
   ASSERT_TRUE(config);
   EXPECT_EQ(config->hosts, (std::vector<std::string>{"a.example", "b.example:8080", "[::1]"}));
+  EXPECT_EQ(parse({"--hosts", "a.example.,b_c.example.:80"})->hosts,
+            (std::vector<std::string>{"a.example", "b_c.example:80"}));
   EXPECT_EQ(config->origins, (std::vector<std::string>{"https://shop.example", "http://two.example",
                                                        "https://c.example:444"}));
 }
 
+TEST(Config, PasswordsOfAddressesAreNotShown) {
+  const char* secret = "secretpw";
+  for (const char* url : {"http://u:secretpw@x:1", "u:secretpw@x", "nats//u:secretpw@x"}) {
+    for (const char* flag : {"--hosts", "--origins", "--embed-origins", "--base-path"}) {
+      const auto refused = parse({flag, url});
+      ASSERT_FALSE(refused) << flag << ' ' << url;
+      EXPECT_EQ(refused.error().message.find(secret), std::string::npos) << flag << ' ' << url;
+    }
+  }
+  const auto config = parse({"--queue", "nats://u:secretpw@x:1"});
+  ASSERT_TRUE(config);
+  const std::string text = server::config_text(*config);
+  EXPECT_NE(text.find("# queue = nats://***@x:1\n"), std::string::npos);
+  EXPECT_EQ(text.find(secret), std::string::npos);
+}
+
+TEST(Config, BasePathsHaveNoDotSegments) {
+  EXPECT_EQ(parse({"--base-path", "/a/b.c/"})->base_path, "/a/b.c");
+  for (const char* path : {"/a/../b", "/..", "/./a", "/a/.", "a", "//a", "/a b"}) {
+    EXPECT_FALSE(parse({"--base-path", path})) << path;
+  }
+}
+
 TEST(Config, RefusesHostsAndOriginsThatCouldNeverMatch) {
-  for (const char* host : {"https://a.example", "*.example", "a.example/", "a b", "a:port", "[a]",
-                           "a.example:70000"}) {
+  for (const char* host :
+       {"https://a.example", "*.example", "a.example/", "a b", "a:port", "[a]", "a.example:70000",
+        ".example.org", "a..b", "-x", "a-.example", ".", ".."}) {
     EXPECT_FALSE(parse({"--hosts", host})) << host;
   }
   for (const char* origin : {"shop.example", "https://shop.example/path", "ftp://a.example",

@@ -13,6 +13,7 @@ using Contents = std::span<const ContentRow>;
 // Headers.
 constexpr std::array<std::string_view, 1> kConditional = {"If-None-Match"};
 constexpr std::array<std::string_view, 2> kFileHeaders = {"Range", "If-None-Match"};
+constexpr std::array<std::string_view, 1> kRangeHeaders = {"Range"};
 constexpr std::array<std::string_view, 2> kSubmitHeaders = {"Idempotency-Key", "Prefer"};
 constexpr std::array<std::string_view, 1> kBatchHeaders = {"Idempotency-Key"};
 constexpr std::array<std::string_view, 1> kPatchHeaders = {"If-Match"};
@@ -280,6 +281,7 @@ constexpr std::array kImageProblems = {404, 406, 409, 410, 413, 416, 422};
 constexpr std::array kSampledProblems = {404, 409, 410};
 constexpr std::array kMergeProblems = {400, 404, 409, 410, 413, 415, 422, 507};
 constexpr std::array kFilmProblems = {404, 409, 410, 416};
+constexpr std::array kSheetProblems = {404, 416, 422};
 constexpr std::array kArchiveProblems = {404, 409, 410, 416, 422, 507};
 constexpr std::array kPixelProblems = {404, 409, 410, 422};
 constexpr Headers kNoHeaders = {};
@@ -328,12 +330,12 @@ constexpr std::array kOperations = {
               kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
               "Raw bytes of any file. The id is the sha256 of the content. 422 "
-              "for an environment "
-              "map (.hdr, .exr) that is cut short or damaged.",
+              "for an image that is cut short or damaged, and for other content with an "
+              "`image/` type.",
               "write", kNoHeaders, kBytes, kAssetMade, kPutProblems, true},
     Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
-              "422 if the content has a different hash, or is a damaged "
-              "environment map.",
+              "422 if the content has a different hash, or for an image that is cut short or "
+              "damaged, or other content with an `image/` type.",
               "write", kNoHeaders, kBytes, kAssetMade, kPutProblems, true},
     Operation{"getAsset", "GET", "/v1/assets/{sha256}", "Assets", "Download a file.",
               "Immutable; may be cached indefinitely.", "read", kFileHeaders, kNoBody,
@@ -487,7 +489,8 @@ constexpr std::array kOperations = {
               "Get the images of a batch on one sheet.",
               "In the order of the jobs, row by row; white where there is no "
               "image yet.",
-              "read", kNoHeaders, kNoBody, kSheetAnswer, k404Or422, true, &sheet_parameters},
+              "read", kRangeHeaders, kNoBody, kSheetAnswer, kSheetProblems, true,
+              &sheet_parameters},
     Operation{"getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
               "Get the rendered image (partial while the job is running).",
               "The format follows from the extension (png, jpg, webp, avif, "

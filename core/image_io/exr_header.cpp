@@ -145,10 +145,30 @@ bool has_room_for_its_table(const Part& part, std::size_t file_bytes) noexcept {
   return std::max(needed, part.chunks) <= file_bytes / 8;
 }
 
+/// Looks at the table of chunk offsets, which ends where the first chunk begins, and at the size of
+/// the last chunk. An offset of 0 is that of a chunk that was never written.
+bool has_its_chunks(Span file, std::size_t table, std::size_t bytes_before_size) noexcept {
+  std::uint64_t first = file.size();
+  std::uint64_t last = 0;
+  for (std::size_t at = table; at < first; at += 8) {
+    if (at + 8 > file.size()) {
+      return false;
+    }
+    const std::uint64_t offset = u32(file, at) | std::uint64_t{u32(file, at + 4)} << 32U;
+    first = std::min(first, offset);
+    last = std::max(last, offset);
+  }
+  const std::uint64_t head = bytes_before_size + 4;
+  return first > table && last <= file.size() && head <= file.size() - last &&
+         u32(file, static_cast<std::size_t>(last) + bytes_before_size) <= file.size() - last - head;
+}
+
 }  // namespace
 
 std::optional<ExrHeader> exr_header(Span file) noexcept {
   constexpr std::size_t kVersionBytes = 8;
+  constexpr std::uint32_t kTiled = 0x200;
+  constexpr std::uint32_t kDeep = 0x800;
   constexpr std::uint32_t kMultiPart = 0x1000;
   if (file.size() < kVersionBytes) {
     return std::nullopt;
@@ -172,6 +192,11 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
     header->is_cube = header->is_cube || part.is_cube;
     header->primaries = header->primaries ? header->primaries : part.primaries;
   } while (multi_part && file[at] != std::byte{0});
+  // A chunk begins with its line, or with tile and level. In files of parts, its kind is the
+  // part's.
+  if (!multi_part && (u32(file, 4) & kDeep) == 0) {
+    header->is_whole = has_its_chunks(file, at, (u32(file, 4) & kTiled) != 0 ? 16 : 4);
+  }
   return header;
 }
 

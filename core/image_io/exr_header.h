@@ -22,6 +22,7 @@ struct ExrHeader {
   std::string_view subsampled;
   bool is_cube = false;  ///< six faces of an environment, one below the other
   std::optional<Chromaticities> primaries = {};
+  bool is_whole = true;  ///< All chunks that the table names lie in the file.
 };
 
 /// Empty if a header is truncated, an attribute's size does not fit its type or the file, or a

@@ -114,6 +114,25 @@ Result<Image> read_image_header(std::span<const std::byte> file) {
              : read(file, {}, &ImageCodec::read_header, &read_webp_header, &read_hdr_header);
 }
 
+Status check_image_file(std::span<const std::byte> file) {
+  const auto status_of = [](const Result<Image>& read) {
+    return read ? ok_status() : Status(read.error());
+  };
+  if (image_kind(file) == "ktx2") {
+    return status_of(read_ktx2_header(file, {}));
+  }
+  const auto kind = check_file(file, {});
+  if (!kind) {
+    return kind.error();
+  }
+  if (*kind == "exr" && !exr_header(file)->is_whole) {
+    return invalid("the EXR is cut short or damaged");
+  }
+  return *kind == "hdr"    ? check_hdr(file)
+         : *kind == "webp" ? status_of(read_webp_header(file, {}))
+                           : ok_status();
+}
+
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
   return image_kind(file) == "ktx2"
              ? decode_ktx2(file, limits)

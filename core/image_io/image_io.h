@@ -27,6 +27,10 @@ struct ImageLimits {
 /// EXR, HDR (Radiance), TIFF, KTX2 (see ktx2.h). Errors: kInvalidArgument, kTooLarge.
 Result<Image> read_image_header(std::span<const std::byte> file);
 
+/// Returns the error of read_image_header(), or that of decoding as far as it shows without pixels
+/// in memory: a cut or damaged HDR, a cut PNG, TIFF, WebP, or EXR of one part.
+Status check_image_file(std::span<const std::byte> file);
+
 /// Returns the size of a decoded value.
 constexpr std::size_t bytes_per_value(PixelType type) noexcept {
   return type == PixelType::kU8 ? 1 : type == PixelType::kU16 ? 2 : 4;

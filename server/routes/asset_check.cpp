@@ -6,39 +6,44 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 
-#include "core/image_io/hdr.h"
+#include "core/image_io/image_io.h"
 #include "core/image_io/image_size.h"
 #include "server/store/files.h"
 
 namespace server {
 namespace {
 
-core::Status check_bytes(std::span<const std::byte> file) {
+core::Status check_bytes(std::span<const std::byte> file, std::string_view media_type) {
+  const bool is_declared = media_type.starts_with("image/");
   const std::string_view kind = core::image_kind(file);
-  if (kind == "hdr") {
-    return core::check_hdr(file);
+  if (kind.empty() && !is_declared) {
+    return core::ok_status();
   }
-  if (kind == "exr" && !core::peek_image_size(file)) {
-    return core::Error{core::ErrorCode::kInvalidArgument,
-                       "the OpenEXR image is cut short or its header is damaged", ""};
+  // Scenes accept a JPEG that ends early, with a warning.
+  if (kind == "jpg" && is_declared && !core::jpeg_is_whole(file)) {
+    return core::Error{core::ErrorCode::kInvalidArgument, "the JPEG is cut short", ""};
   }
-  return core::ok_status();
+  return core::check_image_file(file);
 }
 
 }  // namespace
 
-core::Status check_asset_file(const std::string& path) {
+core::Status check_asset_file(const std::string& path, std::string_view media_type) {
   const auto file = open_file(path, O_RDONLY);
   const auto bytes = file ? file_bytes(file->get(), path) : file.error();
-  if (!bytes || *bytes == 0) {
-    return bytes ? core::ok_status() : core::Status(bytes.error());
+  if (!bytes) {
+    return bytes.error();
+  }
+  if (*bytes == 0) {  // cannot be mapped
+    return check_bytes({}, media_type);
   }
   // Mapped, because only an environment map is read beyond its first page.
   void* const data = ::mmap(nullptr, *bytes, PROT_READ, MAP_PRIVATE, file->get(), 0);
   if (data == MAP_FAILED) {
     return file_error("mapping", path, errno);
   }
-  const core::Status checked = check_bytes({static_cast<const std::byte*>(data), *bytes});
+  const core::Status checked =
+      check_bytes({static_cast<const std::byte*>(data), *bytes}, media_type);
   ::munmap(data, *bytes);
   return checked;
 }

@@ -2,13 +2,14 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "core/base/result.h"
 
 namespace server {
 
-/// Refuses Radiance images that cannot be read, and OpenEXR images with a cut or damaged header.
-/// Errors: kInvalidArgument, kTooLarge; those of opening the file.
-core::Status check_asset_file(const std::string& path);
+/// Refuses images that cannot be decoded, as core::check_image_file(), and with an image/ type all
+/// that is no image. Errors: kInvalidArgument, kTooLarge; those of opening the file.
+core::Status check_asset_file(const std::string& path, std::string_view media_type);
 
 }  // namespace server

@@ -23,7 +23,8 @@ using core::Error;
 using core::ErrorCode;
 
 Response upload(const RouteContext& context, Request& request, const std::string& expected_id) {
-  if (media_type(request.header("Content-Type").value_or("")).starts_with("multipart/")) {
+  std::string type = media_type(request.header("Content-Type").value_or(""));
+  if (type.starts_with("multipart/")) {
     return error_answer(request, ErrorCode::kUnsupportedFormat,
                         "the body is a form, not a file; send the file itself, as with curl "
                         "--data-binary @FILE");
@@ -32,6 +33,7 @@ Response upload(const RouteContext& context, Request& request, const std::string
       context, request.access,
       {.id = expected_id,
        .declared_bytes = request.body_reader->declared_bytes().value_or(0),
+       .media_type = std::move(type),
        .read = [&](const BodyReader::Sink& sink) { return request.body_reader->read(sink); }});
   if (!stored) {
     return error_answer(request, stored.error());

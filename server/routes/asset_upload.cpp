@@ -43,8 +43,8 @@ core::Result<StoredAsset> store_asset(const RouteContext& context, const Access&
   if (!complete) {
     return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
   }
-  if (const core::Status sound = is_known ? core::ok_status() : check_asset_file(upload->path());
-      !sound) {
+  const std::string path = is_known ? context.assets.path_of(asset.id) : upload->path();
+  if (const core::Status sound = check_asset_file(path, asset.media_type); !sound) {
     return sound.error();
   }
   const std::shared_lock<std::shared_mutex> naming(context.scenes.names_mutex());

@@ -15,6 +15,7 @@ namespace server {
 struct AssetUpload {
   std::string id;                    ///< sha256 that the content must have; empty: any
   std::uint64_t declared_bytes = 0;  ///< 0: unknown
+  std::string media_type = {};       ///< An image/ type must be that of an image.
   /// Passes the content on, as BodyReader::read().
   std::function<bool(const BodyReader::Sink& sink)> read;
 };
@@ -24,7 +25,7 @@ struct StoredAsset {
   bool was_kept = false;  ///< the tenant had it already
 };
 /// Errors: kNoSpace, kOverQuota; kInvalidArgument for another content than the id says, and for a
-/// damaged environment map; kBadSyntax when `read` fails.
+/// damaged image; kBadSyntax when `read` fails.
 core::Result<StoredAsset> store_asset(const RouteContext& context, const Access& access,
                                       const AssetUpload& asset);
 

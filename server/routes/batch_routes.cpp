@@ -246,7 +246,7 @@ Response sheet(const RouteContext& context, Request& request) {
   Response response =
       bytes_response(200, png.mime, std::make_shared<const std::string>(*std::move(made)));
   response.headers.set("Cache-Control", "no-cache");
-  return response;
+  return ranged(request, std::move(response));
 }
 
 }  // namespace

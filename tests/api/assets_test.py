@@ -130,6 +130,29 @@ class Assets(ApiTest):
         self.assert_problem(self.server.post("/v1/assets", b"\x76\x2f\x31\x01\x02", BYTES), 422)
 
 
+    def test_refuses_a_damaged_image_when_it_is_sent(self):
+        job = self.server.render(job_body(samples=2))["id"]
+        for name in ("png", "jpg", "webp", "exr", "tif"):
+            answer = self.server.get(f"/v1/jobs/{job}/image.{name}")
+            kind, whole = {"Content-Type": answer.headers["Content-Type"]}, answer.body
+            self.assertEqual(self.server.post("/v1/assets", whole, kind).status, 201, name)
+            for cut in (len(whole) // 2, len(whole) - 20):
+                self.assert_problem(self.server.post("/v1/assets", whole[:cut], kind), 422)
+                if name != "jpg":  # Scenes accept a JPEG that ends early.
+                    self.assert_problem(self.server.post("/v1/assets", whole[:cut], BYTES), 422)
+
+    def test_content_with_an_image_type_must_be_an_image(self):
+        noise = bytes(7 * i * i % 251 for i in range(500))
+        self.assertEqual(self.server.post("/v1/assets", noise, BYTES).status, 201)
+        for kind in ("image/vnd.radiance", "image/x-exr", "IMAGE/PNG; x=y"):
+            for content in (noise, b""):
+                for method, path in (("POST", ""), ("PUT", "/" + sha(content))):
+                    answer = self.server.request(method, "/v1/assets" + path, content,
+                                                 {"Content-Type": kind})
+                    problem = self.assert_problem(answer, 422)
+                    self.assertIn("not an image", problem["detail"])
+
+
 class SmallUploads(ApiTest):
     FLAGS = ("--max-upload", "1000")
 

@@ -208,6 +208,10 @@ class Batches(BatchTest):
         self.assertEqual((sheet.status, sheet.headers["Content-Type"]), (200, "image/png"))
         # Two per row, cells of 240 with gaps of 8.
         self.assertEqual(png_size(sheet.body)[:2], (2 * 248 + 8, 2 * 248 + 8))
+        self.assertEqual(sheet.headers["Accept-Ranges"], "bytes")
+        part = self.server.request("GET", f"/v1/batches/{batch['id']}/sheet.png",
+                                   headers={"Range": "bytes=8-99"})
+        self.assertEqual((part.status, part.body), (206, sheet.body[8:100]))
         wrong = self.server.get(f"/v1/batches/{batch['id']}/archive.zip?format=gif")
         self.assertEqual(wrong.status, 422)
         # Refuses options that no image supports before the archive starts.

@@ -2,7 +2,7 @@
 // tools: it asks for images when the server says that there are some.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ask, desktop, serverAndBrowser, submit, until } from './harness.mjs';
+import { ask, desktop, drop, serverAndBrowser, submit, triangleFiles, until } from './harness.mjs';
 
 const { server, withPage } = serverAndBrowser();
 
@@ -40,6 +40,19 @@ test('a job that ended before it could be denoised is shown without', { timeout:
     await until('its end', isShown(page, 'Finished'));
     await page.waitForTimeout(3000);
     assert.equal(await page.locator('[data-testid=denoised]').count(), 0);
+  }),
+);
+
+test('files that belong together are sent without a refusal', { timeout: 120_000 }, () =>
+  withPage(desktop, '', async (page) => {
+    listen(page);
+    // LM-63: one lamp, two vertical angles, one horizontal angle.
+    const lamp = 'IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n100 100\n';
+    await until('the form', () => page.$('[data-testid=submit]'));
+    await drop(page, [{ name: 'down light.ies', bytes: Buffer.from(lamp) }]);
+    await page.getByText('down light is ready to render.').waitFor();
+    await drop(page, triangleFiles());
+    await page.getByText('triangle is ready to render.').waitFor();
   }),
 );
 

@@ -121,6 +121,8 @@ export async function uploadScene(files: DroppedFile[], report: UploadReport): P
       ? 'application/zip'
       : `model/${other ?? 'gltf-binary'}`;
   const query = `?name=${encodeURIComponent(nameOf(model.file))}`;
+  const known = /\.gltf$/i.test(model.path) ? await namedIn(model, files) : [];
+  if (known.length) return uploadWithFiles(model, known, files, report);
   try {
     const scene = await upload<Scene>(`v1/scenes${query}`, body, type, (share) =>
       report(model.file.name, share),
@@ -154,6 +156,10 @@ function plainPath(path: string): string {
   return out.join('/');
 }
 
+/** The path of the document's folder, which ends with a slash or is empty. */
+const baseOf = (document: DroppedFile): string =>
+  document.path.slice(0, document.path.lastIndexOf('/') + 1);
+
 function fileFor(name: string, base: string, files: DroppedFile[]): File | undefined {
   const whole = fileAt(base + name, files) ?? fileAt(plainPath(base + name), files);
   if (whole) return whole.file;
@@ -163,13 +169,30 @@ function fileFor(name: string, base: string, files: DroppedFile[]): File | undef
   return fileAt(last, alone)?.file;
 }
 
+/** The files of the drop to which a glTF document refers, as it names them. */
+async function namedIn(document: DroppedFile, files: DroppedFile[]): Promise<string[]> {
+  if (files.length < 2) return [];
+  const base = baseOf(document);
+  const names = new Set<string>();
+  try {
+    JSON.parse(await document.file.text(), (key, value) => {
+      if (key === 'uri' && typeof value === 'string' && !value.startsWith('data:'))
+        names.add(decodeURIComponent(value));
+      return value as unknown;
+    });
+  } catch {
+    return []; // The server says what is wrong.
+  }
+  return [...names].filter((name) => fileFor(name, base, files));
+}
+
 async function uploadWithFiles(
   document: DroppedFile,
   wanted: string[],
   files: DroppedFile[],
   report: UploadReport,
 ): Promise<SentScene> {
-  const base = document.path.slice(0, document.path.lastIndexOf('/') + 1);
+  const base = baseOf(document);
   const found = new Map<string, File>();
   const ids: Record<string, string> = {};
   let root = '';
@@ -209,7 +232,7 @@ export async function uploadEnvironment(file: File, report: UploadReport): Promi
   const answer = await upload<{ id: string }>(
     'v1/assets',
     file,
-    'application/octet-stream',
+    /\.exr$/i.test(file.name) ? 'image/x-exr' : 'image/vnd.radiance',
     (share) => report(file.name, share),
   );
   return answer.id;

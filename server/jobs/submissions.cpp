@@ -132,7 +132,7 @@ api::Parsed<Submissions::Checked> Submissions::check(api::ParsedJob request, con
   request.warnings.insert(request.warnings.end(), more.begin(), more.end());
   Admission admission = parts_.builder.admission_of(request.spec);
   if (auto fault = parts_.builder.too_large(request.spec, admission.memory)) {
-    return api::make_problem(ErrorCode::kInvalidArgument, {std::move(*fault)});
+    return api::make_problem(ErrorCode::kTooLarge, {std::move(*fault)});
   }
   return Checked{.job = std::move(request), .admission = std::move(admission)};
 }

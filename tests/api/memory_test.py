@@ -227,7 +227,7 @@ class Gate(ApiTest):
             ({"type": "irradiance-cache", "records": 1 << 18}, "/integrator/records"),
         ):
             refused = self.server.post("/v1/jobs", self.film(32, integrator=integrator))
-            problem = self.assert_problem(refused, 422, pointer)
+            problem = self.assert_problem(refused, 413, pointer)
             self.assertTrue(told(refused), refused)
             self.assertIn("Reduce " + pointer.split("/")[-1], problem["errors"][0]["detail"])
         few = self.film(32, samples=2, integrator={"type": "sppm", "photons": 1 << 12})
@@ -266,7 +266,24 @@ class JobMemory(ApiTest):
         self.assertGreater(most, 700 * 700 * 48 + self.REST)
         self.assertLess(peak.bytes, most)
         refused = self.server.post("/v1/jobs", self.film(1600))
-        self.assert_problem(refused, 422, "/film")
+        self.assert_problem(refused, 413, "/film")
+        self.assertTrue(told(refused), refused)
+        preview = self.server.post("/v1/jobs", self.film(1600, **{"class": "preview"}))
+        render = self.server.post("/v1/render", self.film(1600), {"Accept": "image/png"})
+        for answer in (preview, render):
+            self.assert_problem(answer, 413)
+            self.assertTrue(told(answer), answer)
+
+    def test_environment_that_can_never_fit_is_413(self):
+        width, height = 8192, 4096
+        line = b"\x02\x02" + width.to_bytes(2, "big") + (b"\xff\x80" * (width // 127) +
+                                                        bytes([128 + width % 127, 128])) * 4
+        head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+        sent = self.server.post("/v1/assets", head + line * height, BYTES)
+        self.assertEqual(sent.status, 201, sent)
+        body = self.film(32, environment={"asset": sent.json()["id"]})
+        refused = self.server.post("/v1/jobs", body)
+        self.assert_problem(refused, 413)
         self.assertTrue(told(refused), refused)
 
     def foreseen(self, body):

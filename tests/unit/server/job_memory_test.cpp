@@ -88,7 +88,7 @@ TEST_F(JobsMemory, RefusesAFilmTooLargeForTheServer) {
   EXPECT_NE(jobs->view(**found).failure->detail.find("--memory"), std::string::npos);
   const auto refused = jobs->submit(*parsed, {});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.problem().status, 422);
+  EXPECT_EQ(refused.problem().status, 413);
   ASSERT_EQ(refused.problem().errors.size(), 1U);
   EXPECT_EQ(refused.problem().errors[0].pointer, "/film");
 }

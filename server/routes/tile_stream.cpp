@@ -15,8 +15,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Approximate size of the pieces in which frames are passed to the HTTP server.
-constexpr std::size_t kPieceBytes = 128U << 10U;
+/// Size of the pieces in which frames are passed to the HTTP server, at least: a record of TLS. A
+/// client that does not read keeps one in memory.
+constexpr std::size_t kPieceBytes = 16U << 10U;
 constexpr std::chrono::milliseconds kPoll{1000};
 constexpr std::chrono::microseconds kPace{20'000};
 constexpr std::chrono::microseconds kPaceForEach{500};

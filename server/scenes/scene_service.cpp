@@ -382,8 +382,8 @@ core::Result<SceneService::EnvironmentSize> SceneService::size_of_environment(
     return lease.error();
   }
   const auto bytes = assets_.read(asset, Access::operators());
-  if (!bytes) {
-    return unknown_environment(asset);
+  if (!bytes) {  // damaged, or deleted in the meantime
+    return bytes.error().code == ErrorCode::kNotFound ? unknown_environment(asset) : bytes.error();
   }
   const auto header = core::read_image_header(**bytes);
   if (!header) {

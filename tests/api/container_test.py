@@ -52,6 +52,21 @@ class EntrypointTest(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stderr, rf"user {os.getuid()} cannot write to .*chown -R")
 
+    @unittest.skipUnless(os.getuid() == 0, "files of another user are made by root")
+    def test_files_of_another_user_are_named_with_the_remedy(self):
+        os.chmod(self.folder, 0o755)
+        for name in ("lock", "tessera.db"):
+            data = os.path.join(self.folder, name[0])
+            os.mkdir(data)
+            os.chown(data, 4321, 4321)
+            os.close(os.open(os.path.join(data, name), os.O_CREAT, 0o600))
+            with open(DOCKER + "/entrypoint", "rb") as script:
+                done = subprocess.run(["sh", "-s", "serve"], stdin=script, capture_output=True,
+                                      text=True, user=4321, group=4321,
+                                      env={"PATH": "/usr/bin:/bin", "TESSERA_DATA": data})
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, f"user 4321 cannot write to .*/{name}; .*chown -R 4321:")
+
     def test_health_is_asked_at_the_port_of_the_flags(self):
         server = Server().start()
         self.addCleanup(server.close)

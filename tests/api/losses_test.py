@@ -4,7 +4,7 @@ import os
 import sqlite3
 import unittest
 
-from harness import Server, job_body, tessera, triangle_glb
+from harness import Server, hdr_image, job_body, tessera, triangle_glb
 
 GLB = {"Content-Type": "model/gltf-binary"}
 
@@ -74,6 +74,19 @@ class LossesTest(unittest.TestCase):
                          good["film_digest"])
         os.remove(path)
         self.assertEqual(self.server.get("/v1/assets/" + scene).status, 500)
+
+    def test_a_flipped_bit_of_an_environment_is_told_to_the_next_job(self):
+        body = hdr_image(8, 4, (0.5, 0.5, 0.5))
+        asset = self.server.post("/v1/assets", body).json()["id"]
+        self.server.stop()
+        flip(f"{self.server.data}/assets/{asset[:2]}/{asset}", len(body) - 9)
+        self.server.start()
+        read = self.server.get("/v1/assets/" + asset)
+        refused = self.server.post("/v1/jobs", job_body(environment={"asset": asset}))
+        for answer in (read, refused):
+            self.assertEqual(answer.status, 500, answer)
+            self.assertEqual(answer.json()["detail"], read.json()["detail"])
+        self.assertIn("damaged", read.json()["detail"])
 
     def test_a_flipped_bit_of_a_film_is_told(self):
         job = self.server.render(job_body(samples=2))["id"]

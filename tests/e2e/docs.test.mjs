@@ -42,7 +42,7 @@ test('a job can be submitted and its image shown', { skip, timeout: 300_000 }, (
     await create.locator('textarea').fill(JSON.stringify(body));
     await create.locator('.field:has(label:has-text("Prefer")) input').fill('wait=25');
     await create.locator('.send').click();
-    const answer = create.locator('pre[aria-label="Body of the response"]');
+    const answer = create.locator('pre[aria-label^="Body of the response"]');
     await create.locator('pre:has-text(\'"finished"\')').waitFor();
     const { id } = JSON.parse(await answer.textContent());
     const look = page.locator('#operations-Results-getImageInFormat');

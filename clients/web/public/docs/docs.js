@@ -106,7 +106,7 @@ function schemaDetails([name, schema]) {
     return [
       make('p', {}, ...prose(schema.description)),
       members.length ? make('dl', {}, ...members) : make('p', {}, ...typeOf(schema)),
-      ...(example ? [block('Example', JSON.stringify(example, null, 2))] : []),
+      ...(example ? [block(`Example of ${name}`, JSON.stringify(example, null, 2))] : []),
     ];
   });
 }
@@ -167,20 +167,21 @@ function bodyFields(requestBody) {
 
 /** Shows an answer as it comes; a stream until it is stopped. */
 async function showAnswer(output, request) {
+  const asked = `the response to ${request.method} ${new URL(request.url).pathname}`;
   const status = make('p', { role: 'status' }, 'Waiting for the answer');
   output.replaceChildren(status);
   try {
     const response = await fetch(request);
     status.textContent = `${response.status} ${response.statusText}`;
     const headers = [...response.headers].map(([name, value]) => `${name}: ${value}`).join('\n');
-    output.append(block('Headers of the response', headers));
+    output.append(block(`Headers of ${asked}`, headers));
     const type = response.headers.get('content-type') ?? '';
     if (/^image\/(png|jpeg|webp|avif)/.test(type)) {
       const src = URL.createObjectURL(await response.blob());
       output.append(make('img', { src, alt: 'The image of the response' }));
       return;
     }
-    const body = block('Body of the response', '');
+    const body = block(`Body of ${asked}`, '');
     output.append(body);
     if (/json$/.test(type.split(';')[0])) {
       body.textContent = JSON.stringify(await response.json(), null, 2);

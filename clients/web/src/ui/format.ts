@@ -70,6 +70,10 @@ export function count(v: number | null | undefined): string {
   return String(v);
 }
 
+/** "1 sample", "2 samples". */
+export const counted = (v: number | null | undefined, what: string): string =>
+  `${count(v)} ${what}${count(v) === '1' ? '' : 's'}`;
+
 export function bytes(v: number | null | undefined): string {
   if (!known(v)) return dash;
   for (const [unit, size] of [

@@ -7,7 +7,7 @@ import { LiveFilm } from '../../live/film';
 import type { FeedState } from '../../live/job_feed';
 import { Picture, type Plane } from '../../live/picture';
 import type { Look } from '../../live/painter';
-import { count, number, percent } from '../../ui/format';
+import { counted, number, percent } from '../../ui/format';
 import { Later } from '../../ui/later';
 import { choiceIn, go, keepChoice, route } from '../../ui/router';
 import { display, jobs } from '../../ui/server_state';
@@ -155,7 +155,7 @@ function SideNote({ job, name, cut }: { job: Job | null; name: 'A' | 'B'; cut?: 
     >
       <span>
         <b>{name}</b>
-        {samples != null && ` ${count(samples)} samples`}
+        {samples != null && ` ${counted(samples, 'sample')}`}
         {error != null && `, ${percent(error)}`}
       </span>
     </div>

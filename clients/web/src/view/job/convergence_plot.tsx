@@ -2,7 +2,7 @@ import { useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { Convergence, ConvergencePoint, Job } from 'tessera-render';
 import { isFinal } from '../../api/states';
 import { takeTurn } from '../../live/turns';
-import { count, duration, number, percent } from '../../ui/format';
+import { count, counted, duration, number, percent } from '../../ui/format';
 import { Later } from '../../ui/later';
 import { biasOf, isNoiseAlone } from './bias';
 
@@ -90,7 +90,7 @@ function Prediction({ job, data, last }: { job: Job; data: Convergence; last: Kn
           </dt>
           <dd>
             <span>{isFinal(job.state) ? `${wait} more` : `in ${wait}`}</span>,{' '}
-            <span>{count(n)} samples</span>
+            <span>{counted(n, 'sample')}</span>
           </dd>
         </div>
       ))}
@@ -171,7 +171,7 @@ export function ConvergencePlot({ job, data }: { job: Job; data: Convergence | n
       </div>
       <p class="plot-foot" data-testid="slope">
         {hover ? (
-          `${count(hover.samples_per_pixel)} samples, ${duration(hover.elapsed_seconds)}: ` +
+          `${counted(hover.samples_per_pixel, 'sample')}, ${duration(hover.elapsed_seconds)}: ` +
           `${percent(hover.relative)} (${percent(hover.low)} to ${percent(hover.high)})`
         ) : slope != null ? (
           <>
@@ -253,7 +253,7 @@ function Curve({ job, points, slope, axis, width, hover, onHover }: CurveProps) 
       role="img"
       aria-label={
         `Error against ${axis}: from ${percent(points[0].relative)} down to ` +
-        `${percent(last.relative)} after ${count(last.samples_per_pixel)} samples.`
+        `${percent(last.relative)} after ${counted(last.samples_per_pixel, 'sample')}.`
       }
       onPointerMove={(e) => nearest(e.clientX, e.currentTarget)}
       onPointerLeave={() => onHover(null)}

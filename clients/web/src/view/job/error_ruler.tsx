@@ -1,6 +1,6 @@
 import type { ConvergencePoint, Job } from 'tessera-render';
 import { rampCss } from '../../live/heat';
-import { count, errorInWords, number, percent } from '../../ui/format';
+import { counted, errorInWords, number, percent } from '../../ui/format';
 import { serverInfo } from '../../ui/server_state';
 import { biasOf, isNoiseAlone, passesOf, radiusShare, type Bias } from './bias';
 import type { DenoisedError } from './denoised_image';
@@ -61,7 +61,7 @@ export function ErrorRuler({
           : `(${percent(error.low)} to ${percent(error.high)} with ${confidence}% confidence)`,
     });
   if (denoised && value != null) notes.push({ id: 'denoised', text: 'denoised' });
-  if (then != null) notes.push({ id: 'age', text: `at ${count(then)} samples` });
+  if (then != null) notes.push({ id: 'age', text: `at ${counted(then, 'sample')}` });
   if (denoised)
     notes.push({ id: 'plain', text: `${percent(plain.error?.relative)} without denoising` });
   return (
@@ -146,8 +146,8 @@ function BiasNote({ job, bias }: { job: Job; bias: Exclude<Bias, 'none'> }) {
       {share !== null && (
         <>
           {' '}
-          After {count(passesOf(job))} samples of each replicate, photons are gathered within{' '}
-          {percent(share)} of the first radius.
+          After {counted(passesOf(job), 'sample')} of each replicate, photons are gathered
+          within {percent(share)} of the first radius.
         </>
       )}
     </p>

@@ -5,7 +5,7 @@ import { api } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
 import type { LiveFilm } from '../../live/film';
 import { toBytes } from '../../live/tone';
-import { count, measured, number } from '../../ui/format';
+import { counted, measured, number } from '../../ui/format';
 import { display } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { HalfHistogram } from './half_histogram';
@@ -127,7 +127,7 @@ function Reading({
       </dl>
       {film && <HalfHistogram film={film} x={probe.x} y={probe.y} />}
       <p class="hint mono">
-        {count(samples)} samples
+        {counted(samples, 'sample')}
         {layers.map(([name, layer]) => (
           <Fragment key={name}>
             {' · '}

@@ -4,7 +4,7 @@ import { api, imageUrl, RequestError } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
 import type { LinkState } from '../../live/feed_messages';
 import type { JobFeed } from '../../live/job_feed';
-import { count, doneShare, duration, percent } from '../../ui/format';
+import { count, counted, doneShare, duration, percent } from '../../ui/format';
 import { Icon } from '../../ui/icons';
 import { go, route } from '../../ui/router';
 import { display, jobs, refresh, say, sayError, serverInfo } from '../../ui/server_state';
@@ -329,7 +329,7 @@ function ProgressLine({ job }: { job: Job }) {
         ? `, about ${duration(p.eta_seconds)} left`
         : '')
     : p?.samples_per_pixel?.mean
-      ? `${count(p.samples_per_pixel.mean)} samples in ${duration(p.elapsed_seconds)} ` +
+      ? `${counted(p.samples_per_pixel.mean, 'sample')} in ${duration(p.elapsed_seconds)} ` +
         `(CPU ${duration(p.cpu_seconds)}${waitedIn(job)})`
       : '';
   return (

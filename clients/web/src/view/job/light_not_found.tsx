@@ -1,5 +1,6 @@
 import { useEffect, useRef } from 'preact/hooks';
 import type { Job } from 'tessera-render';
+import { counted } from '../../ui/format';
 import { display, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
 import { reuse } from './job_settings';
@@ -28,7 +29,7 @@ export function LightNotFound({ job }: { job: Job }) {
       >
         {light.reason
           ? `${light.reason} ${share(light.detected)} of what the image shows is missing, on ` +
-            `${light.tiles} tile${light.tiles === 1 ? '' : 's'}.`
+            `${counted(light.tiles, 'tile')}.`
           : light.at_most < 1
             ? `Up to ${share(light.at_most)} of the light may be missing.`
             : 'How much light may be missing is not known: too few particles reach the image.'}

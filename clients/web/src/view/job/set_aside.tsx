@@ -14,7 +14,7 @@ export function SetAside({ job }: { job: Job }) {
     setShare(null);
     if (!isOver) return undefined;
     const abort = new AbortController();
-    fetch(firstLookUrl(job), { signal: abort.signal })
+    fetch(firstLookUrl(job), { method: 'HEAD', signal: abort.signal })
       .then((answer) => answer.ok && setShare(answer.headers.get('x-tessera-set-aside')))
       .catch(() => undefined); // Without an answer there is nothing to say.
     return () => abort.abort();

@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import type { Job } from 'tessera-render';
 import { filmOf, isAvailable, isFinal } from '../../api/states';
-import { count, percent } from '../../ui/format';
+import { counted, percent } from '../../ui/format';
 import { useGrowing } from '../../ui/later';
 import { useJobList } from './job_list';
 import { sceneTitle, stateLabel } from './job_words';
@@ -22,7 +22,7 @@ function factsOf(job: Job): string {
   return [
     isFinal(job.state) ? null : stateLabel(job),
     error == null ? null : percent(error),
-    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
+    counted(job.progress?.samples_per_pixel?.mean, 'sample'),
     sizeText(job),
     job.id.slice(0, 4),
   ]

@@ -3,7 +3,7 @@ import { useEffect, useState } from 'preact/hooks';
 import type { Job, JobState } from 'tessera-render';
 import { api } from '../../api/client';
 import { isAvailable, isFinal } from '../../api/states';
-import { ago, count, duration, percent } from '../../ui/format';
+import { ago, counted, duration, percent } from '../../ui/format';
 import { useGrowing } from '../../ui/later';
 import { choiceIn, keepChoice, route } from '../../ui/router';
 import { jobsDamaged, refresh, sayError, serverInfo } from '../../ui/server_state';
@@ -160,7 +160,7 @@ function JobCard({ job, chosen, onChoose }: JobCardProps) {
   };
   const facts = [
     job.error?.relative != null && `${percent(job.error.relative)} error`,
-    `${count(job.progress?.samples_per_pixel?.mean)} samples`,
+    counted(job.progress?.samples_per_pixel?.mean, 'sample'),
     duration(job.progress?.elapsed_seconds),
     ago(job.created_at),
   ].filter((fact) => fact !== false);

@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import type { ConvergencePoint, Job } from 'tessera-render';
 import { api, explain } from '../../api/client';
 import { isFinal } from '../../api/states';
-import { count, duration, percent } from '../../ui/format';
+import { counted, duration, percent } from '../../ui/format';
 import { choiceIn, keepChoice, route } from '../../ui/router';
 import { useStore } from '../../ui/store';
 import { sceneTitle } from '../jobs/job_words';
@@ -163,7 +163,7 @@ export function ConvergenceView({ ids }: { ids: string[] }) {
               </svg>
               <a href={`#/jobs/${c.id}`}>{c.title}</a>
               <span class="dim">
-                {percent(last.relative)} after {count(last.samples_per_pixel)} samples,{' '}
+                {percent(last.relative)} after {counted(last.samples_per_pixel, 'sample')},{' '}
                 {duration(last.elapsed_seconds)}
               </span>
             </li>
@@ -242,7 +242,7 @@ function Plot({ curves, over, width }: { curves: Curve[]; over: Over; width: num
               r={3}
             >
               <title>
-                {`${c.title}: ${count(p.samples_per_pixel)} samples, ` +
+                {`${c.title}: ${counted(p.samples_per_pixel, 'sample')}, ` +
                   `${duration(p.elapsed_seconds)}: ${percent(p.relative)}`}
               </title>
             </circle>

@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import type { Scene } from 'tessera-render';
 import { api, explain } from '../../api/client';
 import { filesOfInput } from '../../api/upload';
-import { bytes, count } from '../../ui/format';
+import { bytes, counted } from '../../ui/format';
 import { Icon } from '../../ui/icons';
 import { Later } from '../../ui/later';
 import { go, route } from '../../ui/router';
@@ -61,8 +61,7 @@ function useSceneDetails(scene: string): Scene | null {
   return details;
 }
 
-const plural = (n: number, what: string): string | null =>
-  n ? `${count(n)} ${what}${n === 1 ? '' : 's'}` : null;
+const plural = (n: number, what: string): string | null => (n ? counted(n, what) : null);
 
 function SceneFacts({ details, summary }: { details: Scene | null; summary?: string }) {
   const facts = details

@@ -35,9 +35,7 @@ core::Error error_of_reply(const Reply& reply);
 class ApiClient {
  public:
   enum class Certificates : std::uint8_t { kChecked, kAnyTaken };
-  /// url: http://HOST[:PORT][/PREFIX] or https. key: empty or a bearer token. Errors:
-  /// kInvalidArgument for the address or the variable of a proxy; kUnavailable for a proxy that
-  /// does not connect to the server.
+  /// url: http://HOST[:PORT][/PREFIX] or https. key: empty or a bearer token.
   static core::Result<std::unique_ptr<ApiClient>> connect(
       std::string url, const std::string& key, Certificates certificates = Certificates::kChecked);
   ~ApiClient();

@@ -26,9 +26,9 @@ class Comparisons(ApiTest):
     def compare(self, a, b, **members):
         return self.server.post("/v1/comparisons", {"a": a, "b": b, **members})
 
-    def upload(self, data):
+    def upload(self, data, kind="image/x-exr"):
         return self.server.request(
-            "POST", "/v1/assets", data, {"Content-Type": "image/x-exr"}
+            "POST", "/v1/assets", data, {"Content-Type": kind}
         ).json()["id"]
 
     def test_two_jobs_that_differ_in_their_seed(self):
@@ -113,7 +113,7 @@ class Comparisons(ApiTest):
         film = dict(job_body()["film"], width=50)
         wider = self.server.render(job_body(film=film))["id"]
         self.assert_problem(self.compare(job, wider), 422, "/b")
-        text = self.upload(b"no image")
+        text = self.upload(b"no image", "application/octet-stream")
         self.assert_problem(self.compare(job, text), 422, "/b")
         self.assert_problem(self.compare(text, job), 422, "/a")
         self.assert_problem(self.compare(text, text), 422, "/a")

@@ -71,6 +71,10 @@ for (const [name, device] of Object.entries({ dark: desktop, light: phone }))
         await operation.locator('.send').click();
         await operation.locator('pre').first().waitFor();
         assert.deepEqual(await accessibilityFaults(page), []);
+        const regions = await page
+          .locator('[role=region]')
+          .evaluateAll((all) => all.map((each) => each.ariaLabel));
+        assert.equal(new Set(regions).size, regions.length, regions.join());
         const shade = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
         assert.equal(/\d+/.exec(shade)[0] < 128, name === 'dark', shade);
         assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));

@@ -2,7 +2,7 @@
 /// core/accel uses.
 ///
 /// Two levels: geometries (triangle meshes) are in the top level or in a group; instances place
-/// groups. Embree finds the primitive; callers recompute the hit point from the vertices.
+/// groups, or small copies. Embree finds the primitive; callers recompute the hit point.
 #pragma once
 
 #include <cstddef>
@@ -96,9 +96,9 @@ class Accel {
   /// depend on the other rays of its packet. If two surfaces are at the same distance up to
   /// rounding, it may differ from the hit of a single ray, so each kind of path always uses one of
   /// the two. Scenes of a few dozen triangles at rest have a kernel of their own
-  /// (few_triangles.h). In
-  /// scenes with instances, rays are traced one by one: packets that diverge at the instances'
-  /// boxes took 1.2 to 1.5 times as long (GrassFieldInstanced).
+  /// (few_triangles.h). Where
+  /// instances have too many triangles for copies, rays are traced one by one: packets that diverge
+  /// at the instances' boxes took 1.2 to 1.5 times as long (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
   /// Calls `visit` for every triangle whose bounding box comes within `radius_m` of a point, in the

@@ -1,6 +1,7 @@
 """The documented number of watchers at the same time, while the renderer is busy."""
 
 import contextlib
+import re
 import resource
 import select
 import socket
@@ -11,12 +12,38 @@ from harness import PATIENCE_S, ApiTest, EventStream, job_body
 STREAMS = 2048
 
 
-class StreamMemory(ApiTest):
+class MemoryTest(ApiTest):
     def memory(self):
         lines = self.server.get("/metrics").body.decode().splitlines()
         return int(float(next(line.split()[1] for line in lines
                               if line.startswith("tessera_memory_bytes "))))
 
+
+class UnreadTiles(MemoryTest):
+    def resident_bytes(self):
+        with open(f"/proc/{self.server.process.pid}/status", encoding="ascii") as status:
+            return int(re.search(r"RssAnon:\s+(\d+) kB", status.read()).group(1)) * 1024
+
+    def test_client_that_does_not_read_costs_little_more_than_is_counted(self):
+        job = self.server.submit(job_body(samples=65536, film={"width": 512, "height": 512}))["id"]
+        self.server.wait_for_samples(job, 2)
+        self.server.request("PATCH", f"/v1/jobs/{job}", {"paused": True})
+        head = f"GET /v1/jobs/{job}/tiles HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
+        with contextlib.ExitStack() as stack:
+            def open_streams(count):
+                for _ in range(count):
+                    plug = stack.enter_context(
+                        socket.create_connection(("127.0.0.1", self.server.port)))
+                    plug.sendall(head)
+                    self.assertTrue(plug.recv(4096))
+
+            open_streams(8)  # Afterwards all tiles are encoded.
+            before = self.resident_bytes()
+            open_streams(160)
+            self.assertLess(self.resident_bytes() - before, 1.5 * 160 * 65536)
+
+
+class StreamMemory(MemoryTest):
     def test_open_streams_count_as_memory(self):
         job = self.server.submit(job_body(samples=65536))["id"]
         self.server.wait_for_samples(job)

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/bsdf/bsdf.h"
+#include "core/bsdf/bsdf_types.h"
 #include "core/color/rgb.h"
 #include "core/description/scene_description.h"
 #include "core/media/medium.h"

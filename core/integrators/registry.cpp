@@ -147,7 +147,7 @@ constexpr std::array kIntegrators = {
         .accepts = kMergingOptions,
         .splats = true,
         .disperses = false,
-        .prepass_bytes = &photon_bytes,
+        .prepass_bytes = &merged_photon_bytes,
         .compared_with = "bdpt"},
     IntegratorEntry{
         .name = "irradiance-cache",

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/settings/registry.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -37,8 +38,8 @@ inline double sppm_radius(float alpha, int pass) noexcept {
 }
 
 /// Returns whether the disks of later samples are smaller than those of the first.
-inline bool radius_shrinks(const RenderSettings& settings) noexcept {
-  return settings.integrator == "sppm" || settings.integrator == "vcm";
+inline bool radius_shrinks(const RenderSettings& settings) {
+  return accepts(row_of(integrators(), settings.integrator), "/integrator/alpha");
 }
 
 /// Returns the radius of the last of `samples` samples of a pixel, all replicates together,
@@ -47,13 +48,18 @@ inline double radius_ratio(const RenderSettings& settings, int samples) noexcept
   return sppm_radius(settings.photons.alpha, (samples - 1) / settings.replicates);
 }
 
-/// Returns the maximum memory of the photons of one sample: each particle at every surface that it
-/// may hit, twice while the map is built.
-inline std::uint64_t photon_bytes(const RenderSettings& settings) noexcept {
+/// Returns the maximum memory of the photons of one sample, of `each` bytes: each particle at every
+/// surface that it may hit, twice while the map is built.
+inline std::uint64_t photons_bytes(const RenderSettings& settings, std::uint64_t each) noexcept {
   const auto places = static_cast<std::uint64_t>(photon_paths(settings)) *
                       static_cast<std::uint64_t>(std::max(settings.max_depth, 1));
-  const std::uint64_t each = settings.integrator == "vcm" ? kMergedPhotonBytes : kPhotonBytes;
   return places * (2 * each + 2 * sizeof(std::uint32_t));
+}
+inline std::uint64_t photon_bytes(const RenderSettings& settings) noexcept {
+  return photons_bytes(settings, kPhotonBytes);
+}
+inline std::uint64_t merged_photon_bytes(const RenderSettings& settings) noexcept {
+  return photons_bytes(settings, kMergedPhotonBytes);
 }
 
 }  // namespace core

@@ -43,7 +43,7 @@ static_assert(sizeof(MergedPhoton) == kMergedPhotonBytes);
 class Merging {
  public:
   explicit Merging(const IntegratorInput& input)
-      : is_on(input.settings.integrator == "vcm"),
+      : is_on(integrator_has_prepass(input.settings)),
         paths(photon_paths(input.settings)),
         alpha_(input.settings.photons.alpha) {
     if (!is_on) {

@@ -126,15 +126,16 @@ void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std:
       scene.edge_margin_m = std::max(scene.edge_margin_m, 6 * most_m);
     }
   };
+  std::size_t begun = 0;  // instances whose meshes begin at or before `placed`
   for (std::uint32_t placed = 0; placed < scene.placed.size() && !stop.stop_requested(); ++placed) {
-    const auto after =
-        std::find_if(scene.instances.rbegin(), scene.instances.rend(),
-                     [placed](const PlacedInstance& each) { return each.first_placed <= placed; });
-    if (after == scene.instances.rend()) {
+    while (begun < scene.instances.size() && scene.instances[begun].first_placed <= placed) {
+      ++begun;
+    }
+    if (begun == 0) {
       fill(placed, kNoInstance, placed);
     } else {
-      fill(placed, static_cast<std::uint32_t>(scene.instances.rend() - after) - 1,
-           placed - after->first_placed);
+      fill(placed, static_cast<std::uint32_t>(begun - 1),
+           placed - scene.instances[begun - 1].first_placed);
     }
   }
   if (stop.stop_requested()) {

@@ -266,7 +266,9 @@ void add_flags(CLI::App& app, Config& config) {
       "With --queue: time without progress after which a part is given to another worker.")
       ->check(flags::within(0.5, 3600));
   row("verify", config.verify_share, "SHARE",
-      "With --queue: fraction of the parts that two workers render and whose results are compared.")
+      "With --queue: fraction of the parts that two workers render, or a single one and the "
+      "server, "
+      "and whose results are compared.")
       ->check(flags::within(0, 1));
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")

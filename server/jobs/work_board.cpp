@@ -293,7 +293,6 @@ void WorkBoard::run(const std::stop_token& stop) {
     drop_ended();
     expire_leases();
     render_hopeless();
-    take_unverified();
     has_broker_ = prepare_broker();
     if (has_broker_) {
       had_broker_at_ = Clock::now();
@@ -404,17 +403,6 @@ void WorkBoard::render_hopeless() {
   const core::MutexLock lock(mutex_);
   for (const std::string& name : table_.hopeless(Clock::now())) {
     render_here(name);
-  }
-}
-
-void WorkBoard::take_unverified() {
-  std::vector<LeaseTable::Alone> alone;
-  {
-    const core::MutexLock lock(mutex_);
-    alone = table_.take_unverified(Clock::now());
-  }
-  for (LeaseTable::Alone& each : alone) {
-    accept(each.name, *each.run, std::move(each.work));
   }
 }
 

@@ -101,7 +101,6 @@ class WorkBoard {
   void drop_waiting();
   void expire_leases();
   void render_hopeless();
-  void take_unverified();
   void plan();
   void find_lost_messages();
   void note_queue_fault(const core::Error& fault);

@@ -173,8 +173,8 @@ std::vector<api::WorkerView> LeaseTable::workers(Time now) const {
 void LeaseTable::add(const std::string& name, WorkUnit unit, Time now) {
   const auto live = std::count_if(workers_.begin(), workers_.end(),
                                   [&](const auto& each) { return works(each.second, now); });
-  unit.is_checked = live > 1 && std::bernoulli_distribution(options_.verify_share)(chance_);
-  unit.copies = unit.is_checked ? 2 : 1;
+  unit.is_checked = std::bernoulli_distribution(options_.verify_share)(chance_);
+  unit.copies = unit.is_checked && live > 1 ? 2 : 1;
   units_.emplace(name, std::move(unit));
 }
 
@@ -385,11 +385,21 @@ bool LeaseTable::has_hope(const WorkUnit& unit, Time now) const {
 std::vector<std::string> LeaseTable::hopeless(Time now) const {
   std::vector<std::string> names;
   for (const auto& [name, unit] : units_) {
-    if (!has_hope(unit, now)) {
+    if (!has_hope(unit, now) || waits_for_nobody(unit, now)) {
       names.push_back(name);
     }
   }
   return names;
+}
+
+bool LeaseTable::waits_for_nobody(const WorkUnit& unit, Time now) const {
+  if (!unit.first || unit.is_busy) {
+    return false;
+  }
+  const bool has_other = std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
+    return each.first != unit.first->worker && works(each.second, now);
+  });
+  return now - unit.first->at > kVerifyWait || (unit.leases.empty() && !has_other);
 }
 
 void LeaseTable::note_unverified(const std::string& worker, const std::weak_ptr<Job>& job) {
@@ -414,7 +424,11 @@ std::vector<std::shared_ptr<Job>> LeaseTable::judge(const std::string& name,
   if (found == units_.end()) {
     return doubted;
   }
-  for (const auto* result : {&found->second.first, &found->second.other}) {
+  const WorkUnit& unit = found->second;
+  if (unit.first && !unit.other) {
+    ++(unit.first->digest == digest ? counts_.verified : counts_.differing);
+  }
+  for (const auto* result : {&unit.first, &unit.other}) {
     if (*result && (*result)->digest != digest) {
       const auto more = suspend(std::string((*result)->worker),
                                 "its result differed from that of the server; restart the worker "
@@ -471,26 +485,6 @@ std::vector<const WorkUnit*> LeaseTable::expire(Time now) {
     return now - each.second.seen > kLeasesRemembered * options_.lease_time();
   });
   return fatal;
-}
-
-std::vector<LeaseTable::Alone> LeaseTable::take_unverified(Time now) {
-  std::vector<Alone> alone;
-  for (auto& [name, unit] : units_) {
-    if (!unit.first || unit.is_busy) {
-      continue;
-    }
-    const std::string& worker = unit.first->worker;
-    const bool has_other = std::any_of(workers_.begin(), workers_.end(), [&](const auto& each) {
-      return each.first != worker && works(each.second, now);
-    });
-    if (now - unit.first->at > kVerifyWait || (unit.leases.empty() && !has_other)) {
-      unit.is_busy = true;
-      note_unverified(worker, unit.job);
-      log_.write(LogLevel::kWarning, "result_not_verified", {{"unit", name}, {"worker", worker}});
-      alone.push_back({name, unit.run, std::move(std::exchange(unit.first, std::nullopt)->work)});
-    }
-  }
-  return alone;
 }
 
 LeaseTable::Units LeaseTable::remove_if(const std::function<bool(const WorkUnit&)>& is_unneeded) {

@@ -6,7 +6,7 @@
 ///
 /// Faults are counted by worker. A worker that fails a unit rests, each time in a row for twice as
 /// long, and does not get that unit again while there are others. If two results differ, or no
-/// worker is left that has not failed a unit, the coordinator renders it. The worker whose result
+/// worker is left to render or verify a unit, the coordinator renders it. The worker whose result
 /// differs from the coordinator's is suspended until it is restarted, and the jobs that took
 /// results of it unverified are returned to the caller.
 ///
@@ -51,7 +51,7 @@ class LeaseTable {
     std::uint64_t expired = 0;
     std::uint64_t refused = 0;
     std::uint64_t doubled = 0;   ///< Units given to a second worker at the end of a pass.
-    std::uint64_t verified = 0;  ///< Units rendered by two workers with equal results.
+    std::uint64_t verified = 0;  ///< Units rendered twice with equal results.
     std::uint64_t differing = 0;
     std::uint64_t suspended = 0;  ///< Workers suspended for wrong results.
     std::uint64_t own = 0;        ///< Units rendered by this process after workers failed.
@@ -118,7 +118,7 @@ class LeaseTable {
   /// Suspends the workers whose results differ from this one, the coordinator's. Returns the jobs
   /// that took results of them unverified.
   std::vector<std::shared_ptr<Job>> judge(const std::string& name, const std::string& digest);
-  /// Returns the units that no worker is left to render.
+  /// Returns the units that no worker is left to render or, after one has, to verify.
   std::vector<std::string> hopeless(Time now) const;
 
   // What passes with time, and planning.
@@ -126,14 +126,6 @@ class LeaseTable {
   /// Takes leases from workers that have not reported in time, and forgets silent ones. Returns the
   /// units that too many workers were lost with.
   std::vector<const WorkUnit*> expire(Time now);
-  struct Alone {
-    std::string name;
-    std::shared_ptr<RenderRun> run;
-    Work work;
-  };
-  /// Returns the results that no other worker is left to verify; each must be added to its film,
-  /// and its unit closed.
-  std::vector<Alone> take_unverified(Time now);
   /// Removes and returns the units for which is_unneeded; their workers are asked to report. A
   /// reserved one stays, and the coordinator stops rendering it.
   Units remove_if(const std::function<bool(const WorkUnit&)>& is_unneeded);
@@ -193,6 +185,8 @@ class LeaseTable {
   bool works(const Worker& worker, Time now) const;
   /// Returns whether a worker that has not failed the unit could get it, or renders it.
   bool has_hope(const WorkUnit& unit, Time now) const;
+  /// Returns whether the unit has one result of two, and no worker gives the other in time.
+  bool waits_for_nobody(const WorkUnit& unit, Time now) const;
   bool is_late(const WorkUnit& unit, Time now) const;
 
   const WorkOptions& options_;

@@ -494,10 +494,20 @@ class VerifyTest(FarmTest):
         if farm.listed()[liar.id]["units"] > 1:
             self.assertRegex(str(ended["warnings"]), "rendered again from its beginning")
 
-    def test_single_worker_is_not_verified(self):
+    def test_the_server_verifies_a_single_worker(self):
         farm = self.farm(verify=1, workers=1)
         body = job_body(samples=8)
         self.assertEqual(farm.server.render(body)["film_digest"], SingleProcess.digest(body))
+        self.assertEqual(farm.metric("tessera_units_verified_total"),
+                         farm.metric("tessera_units_taken_total"))
+
+    def test_the_server_finds_a_liar_that_is_alone(self):
+        farm = self.farm(verify=1)
+        liar = self.liar(farm)
+        body = job_body(samples=8)
+        job = farm.server.submit(body)
+        self.check_film(farm, job["id"], body)
+        self.assertEqual(farm.listed()[liar.id]["state"], "suspended")
 
 
 class QueueTest(FarmTest):

@@ -279,11 +279,33 @@ class VerifiedUnitsTest : public LeaseTableTest {
   }
 };
 
-TEST_F(VerifiedUnitsTest, ASingleWorkerIsNotVerified) {
+TEST_F(VerifiedUnitsTest, TheCoordinatorVerifiesASingleWorker) {
   pass(seconds(kLease), {"a"});
+  for (const int result : {1, 2}) {
+    add("u");
+    ASSERT_EQ(lease("u", "a"), std::nullopt);
+    EXPECT_FALSE(is_hopeless("u"));
+    EXPECT_FALSE(take("u", "a", work(result)).work);
+    EXPECT_TRUE(is_hopeless("u"));
+    table_.begin_own("u");
+    EXPECT_FALSE(is_hopeless("u")) << "it is under way";
+    EXPECT_TRUE(table_.judge("u", core::content_digest(work(1))).empty());
+    table_.close("u");
+    EXPECT_EQ(state_of("a"), result == 1 ? "idle" : "suspended");
+  }
+  EXPECT_EQ(table_.counts().verified, 1U);
+  EXPECT_EQ(table_.counts().differing, 1U);
+}
+
+TEST_F(VerifiedUnitsTest, TheCoordinatorVerifiesWhatNoWorkerDoesInTime) {
   add("u");
-  ASSERT_EQ(lease("u", "a"), std::nullopt);
-  EXPECT_TRUE(take("u", "a", work(1)).work);
+  ASSERT_EQ(lease("u", "b"), std::nullopt);
+  EXPECT_FALSE(take("u", "b", work(1)).work);
+  EXPECT_FALSE(is_hopeless("u")) << "a may still verify it";
+  pass(seconds(10), {"a", "b"});
+  EXPECT_FALSE(is_hopeless("u")) << "it waits for ten seconds";
+  now_ += milliseconds(1);
+  EXPECT_TRUE(is_hopeless("u"));
 }
 
 TEST_F(VerifiedUnitsTest, EqualResultsAreTakenOnce) {
@@ -299,17 +321,13 @@ TEST_F(VerifiedUnitsTest, EqualResultsAreTakenOnce) {
 }
 
 TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspended) {
-  // Before the dispute, a result of the liar is taken unverified: b did not answer.
+  options_.verify_share = 0;
   add("early");
   ASSERT_EQ(lease("early", "b"), std::nullopt);
-  EXPECT_FALSE(take("early", "b", work(1)).work);
-  EXPECT_TRUE(table_.take_unverified(now_).empty()) << "a may still verify it";
-  pass(seconds(10), {"a", "b"});
-  EXPECT_TRUE(table_.take_unverified(now_).empty()) << "it waits for ten seconds";
-  now_ += milliseconds(1);
-  EXPECT_EQ(table_.take_unverified(now_).size(), 1U);
+  EXPECT_TRUE(take("early", "b", work(1)).work);
   table_.close("early");
 
+  options_.verify_share = 1;
   add("u");
   add("v");
   ASSERT_EQ(lease("u", "a"), std::nullopt);

@@ -92,6 +92,9 @@ void pass_hole(PathState& path, const PathVertex& vertex) noexcept {
   path.ray.t_max -= vertex.distance_m;
   ++path.solid_holes;
   path.passed_m += vertex.distance_m;
+  const float factor = hole_factor(path, path.media, vertex.beyond);
+  path.beta *= factor;
+  path.eta_scale *= path.is_from_light ? 1 : 1 / factor;
   path.media = vertex.beyond;
   path.media.begin_segment(vertex.face);
 }

@@ -12,6 +12,7 @@ EmissionSample start_light_path(const SceneData& scene, PathState& path,
   path.ray = light.ray;
   path.last.origin = light.ray.origin;
   path.beta = light.weight();
+  path.is_from_light = true;
   if (light.start != nullptr) {
     path.media = light.start->varies ? solids_around(scene, light.ray.origin) : light.start->media;
   }

@@ -44,9 +44,10 @@ struct PathState {
   float cone_spread_rad = 0;
   bool is_sharp = true;      ///< no rough surface so far: textures are filtered as for camera rays
   bool passed_hole = false;  ///< on the current segment
-  bool is_clear = false;     ///< has only passed clear surfaces (core/transport/vertex.h) so far
-  const RawHit* met = nullptr;    ///< the end of the current segment, if already known
-  MediumStack media{};            ///< the solids that contain the current segment
+  bool is_from_light = false;   ///< carries power from a light, not importance from the camera
+  bool is_clear = false;        ///< has only passed clear surfaces (core/transport/vertex.h) so far
+  const RawHit* met = nullptr;  ///< the end of the current segment, if already known
+  MediumStack media{};          ///< the solids that contain the current segment
   std::uint32_t solid_holes = 0;  ///< holes in solids that the current segment has passed
   float passed_m = 0;             ///< length of the segment up to the last of them
   std::uint32_t alpha_tests = 0;  ///< random numbers drawn for holes at this depth

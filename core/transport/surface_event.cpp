@@ -63,6 +63,12 @@ float relative_ior(const PathState& path, const BoundaryMedia& at) noexcept {
   return ior_of(path, at.within) / ior_of(path, at.around);
 }
 
+float hole_factor(const PathState& path, const MediumStack& media,
+                  const MediumStack& beyond) noexcept {
+  const float ior = relative_ior(path, BoundaryMedia(media, beyond, true));
+  return path.is_from_light ? ior * ior : 1 / (ior * ior);
+}
+
 const Material* segment_solid(PathState& path, const PathVertex& vertex) noexcept {
   path.cone_width_m += path.cone_spread_rad * vertex.distance_m;
   return path.media.medium_to(vertex.face);

@@ -36,4 +36,10 @@ struct BoundaryMedia {
 /// Returns the index of refraction behind a boundary over that before it.
 float relative_ior(const PathState& path, const BoundaryMedia& at) noexcept;
 
+/// Returns the factor of a straight way through a hole, from `media` to `beyond`: radiance over the
+/// square of the index of refraction stays the same, as at a face, so that holes make and destroy
+/// no light (Veach 1997, 5.2).
+float hole_factor(const PathState& path, const MediumStack& media,
+                  const MediumStack& beyond) noexcept;
+
 }  // namespace core

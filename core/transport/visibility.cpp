@@ -64,7 +64,9 @@ class ShadowRay {
                          !(path_.sampler.extra_1d(path_.depth, path_.alpha_tests++) < coverage));
     const SolidFace face = {&solid, is_hole};
     absorb(point.position, face);
-    open_ *= !is_hole ? straight : (is_black(straight) ? Rgb(1 - coverage) : Rgb(1));
+    open_ *= !is_hole ? straight
+                      : Rgb(hole_factor(path_, media_, faces.beyond) *
+                            (is_black(straight) ? 1 - coverage : 1));
     media_ = faces.beyond;
     media_.begin_segment(face);
     from_ = point.position;

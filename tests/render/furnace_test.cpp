@@ -53,6 +53,33 @@ TEST(ClosedSphere, ThousandsOfEmittersDoNotChangeTheRadiance) {
   }
 }
 
+// A glass ball fills half of the view of each point of the wall that the camera sees.
+TEST(ClosedSphere, GlassWithHolesDoesNotChangeTheRadiance) {
+  for (const float ior : {1.5F, 2.4F}) {
+    core::MaterialDescription glass = test_support::lambert(Rgb(1));
+    glass.roughness = 0;
+    glass.ior = ior;
+    glass.transmission = 1;
+    glass.thickness = 1;
+    glass.alpha_mode = core::AlphaMode::kBlend;
+    glass.base_alpha = 0.5F;
+    core::View view = test_support::view_of(
+        test_support::build(test_support::scene_of(
+            {grey_lamp(), glass}, {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
+                                   test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)})),
+        12, 12);
+    test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
+    view.settings.max_depth = 64;
+    for (const core::IntegratorEntry& row : core::integrators()) {
+      if (row.name != "direct" && row.name != core::kAutomaticIntegrator) {
+        view.settings.integrator = std::string(row.name);
+        expect_truth(test_support::render(view, 256), 1, row.bias == "none" ? 1e-2 : 4e-2,
+                     std::string(row.name) + " at " + std::to_string(ior));
+      }
+    }
+  }
+}
+
 struct Lossless {
   const char* name;
   core::MaterialDescription material;
@@ -75,6 +102,9 @@ std::vector<Lossless> lossless() {
     all.push_back({"thin glass", m, roughness > 0 ? 1e-2 : 1e-3});
     m.thickness = 1;
     all.push_back({"solid glass", m, roughness > 0 ? 2e-2 : 1e-3});
+    m.alpha_mode = core::AlphaMode::kBlend;
+    m.base_alpha = 0.5F;
+    all.push_back({"solid glass with holes", m, roughness > 0 ? 2e-2 : 1e-3});
   }
   return all;
 }

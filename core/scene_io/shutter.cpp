@@ -103,6 +103,11 @@ class Shutter {
   }
 
   Status open() {
+    for (const auto& by_number : seen_) {
+      if (by_number.size() > scene_.instances.size()) {
+        return appears();
+      }
+    }
     for (InstanceDescription& instance : scene_.instances) {
       if (Status status = open(instance); !status) {
         return status;
@@ -126,6 +131,12 @@ class Shutter {
   }
 
  private:
+  static Status appears() {
+    return refused(
+        "a mesh appears or disappears while the shutter is open (its scale or visibility is "
+        "animated); choose a time at which it stays, or a shutter_seconds of 0");
+  }
+
   Status open(InstanceDescription& instance) {
     const auto number = static_cast<std::size_t>(instance.mesh);
     MeshDescription& now = scene_.meshes[number];
@@ -135,7 +146,7 @@ class Shutter {
       const auto found = by_number.find(instance.instance);
       if (found == by_number.end() ||
           found->second.mesh->primitives.size() != now.primitives.size()) {
-        return refused("a mesh appears or disappears while the shutter is open");
+        return appears();
       }
       const LaterInstance& then = found->second;
       if ((then.to_world->determinant() < 0) != (instance.to_world.determinant() < 0)) {

@@ -212,4 +212,23 @@ TEST(MediumLight, RejectsADensityOfAnotherRange) {
   EXPECT_GT(worst_z(both_kinds(Fault::kRangeTooLong, 40000)), 4);
 }
 
+// Without aim one path of some hundreds scatters here, so most pixels of a pilot see no light.
+TEST(PaysToAim, AtALampInThinFogWhateverThePhaseFunction) {
+  for (const float g : {-0.6F, 0.0F, 0.9F}) {
+    for (const float scattering : {1e-3F, 1e-2F}) {
+      core::SceneDescription scene =
+          test_support::scene_of({test_support::lambert({})},
+                                 {test_support::quad({-20, -20, -2}, {40, 0, 0}, {0, 40, 0}, 0)});
+      core::PunctualLightDescription lamp;
+      lamp.to_world = core::translation(kLamp);
+      scene.lights.push_back(lamp);
+      core::View view = test_support::view_of(test_support::build(std::move(scene)), 16, 16);
+      test_support::look_at(view, kEye, kEye + kAhead, 40);
+      view.settings.fog = {.scattering = Rgb(scattering), .absorption = Rgb(0), .g = g};
+      ASSERT_TRUE(core::measure(view));
+      EXPECT_TRUE(view.measured->aims_in_media) << g << " " << scattering;
+    }
+  }
+}
+
 }  // namespace

@@ -327,4 +327,21 @@ TEST(Shutter, RefusesUnsupportedMotion) {
   EXPECT_FALSE(core::settled_renderer(shared));
 }
 
+TEST(Shutter, RefusesMeshesThatAppearOrVanish) {
+  for (const bool appears : {false, true}) {
+    File file;
+    const int node = file.shown(file.rectangle(0, 1, 0, 1, 0, 0));
+    const float before = appears ? 0 : 1;
+    const float after = 1 - before;
+    file.animate(node, "scale", {before, before, before, after, after, after}, "VEC3", 3);
+    core::GltfOptions options;
+    options.time_seconds = 0;
+    options.shutter_seconds = 1;
+    const auto scene = core::load_gltf(file.writer.finish(), nullptr, options);
+    ASSERT_FALSE(scene) << appears;
+    EXPECT_EQ(scene.error().where, "/shutter_seconds");
+    EXPECT_NE(scene.error().message.find("appears or disappears"), std::string::npos);
+  }
+}
+
 }  // namespace

@@ -47,7 +47,8 @@ int best_split_count(const SplitCosts& costs) {
 
 std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& plain,
                                         const RenderSettings& settings, int count,
-                                        const std::stop_token& stop) {
+                                        const std::stop_token& stop,
+                                        std::span<const double> means) {
   prepare_tracing_thread();
   const FilterSampler filter(settings.film.filter);
   PathSampler sampler(SamplerType::kIndependent, 2, hash_combine(settings.seed, kStream));
@@ -86,18 +87,22 @@ std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& 
     const double mean = 0.25 * (value[0][0] + value[0][1] + value[1][0] + value[1][1]);
     pixels.push_back({mean, within, total});
   }
-  double roots = 0;
+  SplitCosts out;
   for (const PixelVariances& p : pixels) {
-    roots += std::sqrt(std::max(p.mean, 0.0));
+    out.means.push_back(p.mean);
+  }
+  double roots = 0;
+  for (const double mean : means.empty() ? out.means : means) {
+    roots += std::sqrt(std::max(mean, 0.0));
   }
   // Relative to signal and floor, as in the error of an image.
   const double floor = error_floor(roots / count);
-  SplitCosts out;
-  for (const PixelVariances& p : pixels) {
-    const double signal = p.mean * p.mean + floor * floor;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const double mean = means.empty() ? pixels[i].mean : means[i];
+    const double signal = mean * mean + floor * floor;
     if (signal > 0) {
-      out.branch_variance += p.branch / signal / count;
-      out.prefix_variance += (p.total - p.branch) / signal / count;
+      out.branch_variance += pixels[i].branch / signal / count;
+      out.prefix_variance += (pixels[i].total - pixels[i].branch) / signal / count;
     }
   }
   out.prefix_variance = std::max(out.prefix_variance, 0.0);
@@ -119,19 +124,18 @@ std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_to
   }
   RenderSettings settings = input.settings;
   settings.estimator.splitting = SplittingType::kNone;
-  const auto work = [&](bool aims) -> std::optional<double> {
+  const auto measure = [&](bool aims, std::span<const double> means) {
     const auto integrator =
         make_integrator({scene, input.environment, settings, input.camera, aims});
-    const auto costs = measure_split(*input.camera, *integrator, settings, kSplitPixels, stop);
-    if (!costs) {
-      return std::nullopt;
-    }
-    return (costs->prefix_variance + costs->branch_variance) *
-           (costs->prefix_rays + costs->branch_rays);
+    return measure_split(*input.camera, *integrator, settings, kSplitPixels, stop, means);
   };
-  const std::optional<double> aimed = work(true);
-  const std::optional<double> plain = work(false);
-  return aimed && plain ? std::optional(*aimed < *plain) : std::nullopt;
+  const auto work = [](const SplitCosts& costs) {
+    return (costs.prefix_variance + costs.branch_variance) *
+           (costs.prefix_rays + costs.branch_rays);
+  };
+  const std::optional<SplitCosts> aimed = measure(true, {});
+  const std::optional<SplitCosts> plain = aimed ? measure(false, aimed->means) : std::nullopt;
+  return plain ? std::optional(work(*aimed) < work(*plain)) : std::nullopt;
 }
 
 std::optional<int> measured_split_count(const Camera& camera, const Integrator& plain,

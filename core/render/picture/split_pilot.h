@@ -8,7 +8,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <stop_token>
+#include <vector>
 
 #include "core/camera/camera.h"
 #include "core/film/filter.h"
@@ -25,6 +27,7 @@ struct SplitCosts {
   double branch_variance = 0;  ///< E Var[Y | X]
   double prefix_rays = 0;
   double branch_rays = 0;
+  std::vector<double> means;  ///< luminance by pixel
 };
 
 /// Returns the count in [1, kMeasuredSplitMax] that minimises variance times cost, (prefix_variance
@@ -35,10 +38,11 @@ int best_split_count(const SplitCosts& costs);
 
 /// Measures the costs. plain: an integrator without splitting. The pixels are spread evenly over
 /// the full film whatever the crop, so that parts agree with the whole. Empty if stop was requested
-/// before the last pixel.
+/// before the last pixel. means: those that the variances are relative to; empty: its own.
 std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& plain,
                                         const RenderSettings& settings, int pixels = kSplitPixels,
-                                        const std::stop_token& stop = {});
+                                        const std::stop_token& stop = {},
+                                        std::span<const double> means = {});
 
 /// Returns the best count for the film's sampler, with continuations costing at most as much as the
 /// path that leads to them, because it is not known in advance how much variance well-distributed
@@ -49,7 +53,8 @@ std::optional<int> measured_split_count(const Camera& camera, const Integrator& 
 
 /// Returns whether variance times rays is smaller if the light samples of `path` also choose
 /// distances in media. This holds for a small light in thin fog; not in dense fog, or if most of
-/// the light is on surfaces. Empty as above.
+/// the light is on surfaces. Both variances are relative to the light that the former finds: what
+/// finds light once in thousands of samples would set its own scale. Empty as above.
 std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_token& stop = {});
 
 }  // namespace core

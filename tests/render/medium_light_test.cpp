@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/integrators/integrator.h"
+#include "core/render/task/settle.h"
 #include "core/samplers/path_sampler.h"
 #include "core/sampling/equiangular.h"
 #include "core/transport/medium_sample.h"

@@ -27,7 +27,7 @@ struct SplitCosts {
   double branch_variance = 0;  ///< E Var[Y | X]
   double prefix_rays = 0;
   double branch_rays = 0;
-  std::vector<double> means;  ///< luminance by pixel
+  std::vector<double> means = {};  ///< luminance by pixel
 };
 
 /// Returns the count in [1, kMeasuredSplitMax] that minimises variance times cost, (prefix_variance

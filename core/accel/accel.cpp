@@ -10,6 +10,7 @@
 #include "core/accel/embree_bridge.h"
 #include "core/accel/few_triangles.h"
 #include "core/math/intrinsics.h"
+#include "core/math/offset_ray.h"
 
 namespace core {
 
@@ -26,6 +27,23 @@ struct Copy {
   std::vector<Vec3> positions;  ///< world
 };
 
+/// Returns whether a triangle is a sliver that rays may hit again when they leave it, because the
+/// step off its plane is bounded (core/math/offset_ray.h).
+bool has_sliver(std::span<const Vec3> positions, std::span<const std::uint32_t> indices) {
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    const Vec3 edge1 = positions[indices[i + 1]] - positions[indices[i]];
+    const Vec3 edge2 = positions[indices[i + 2]] - positions[indices[i]];
+    const float twice_area = length(cross(edge1, edge2));
+    if (twice_area > 0 &&
+        kSliverShare * taxicab(edge1) * taxicab(edge2) > kSliverMost * twice_area) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Returns the copies; empty if they would be too many, or one has slivers, which are none in the
+/// space of a mesh that is stretched.
 std::vector<Copy> copy_instances(std::span<const std::vector<AccelGeometry>> groups,
                                  std::span<const AccelInstance> instances) {
   std::size_t triangles = 0;
@@ -45,6 +63,9 @@ std::vector<Copy> copy_instances(std::span<const std::vector<AccelGeometry>> gro
       copy.positions.reserve(group[id].positions.size() + 1);
       for (const Vec3 p : group[id].positions) {
         copy.positions.push_back(instances[i].to_world.point(p));
+      }
+      if (has_sliver(copy.positions, group[id].indices)) {
+        return {};
       }
       copy.positions.push_back(Vec3{});  // as AccelGeometry::positions
     }

@@ -161,8 +161,9 @@ bool Guard::is_known_host(std::string_view host) const {
   const std::string_view name = without_port(*asked);
   const auto config = config_.now();
   return is_loopback(name) ||
-         std::any_of(config->hosts.begin(), config->hosts.end(),
-                     [&](const std::string& known) { return known == name || known == *asked; });
+         std::any_of(config->hosts.begin(), config->hosts.end(), [&](const std::string& known) {
+           return equal_ignoring_case(known, name) || equal_ignoring_case(known, *asked);
+         });
 }
 
 bool Guard::is_named_origin(std::string_view origin) const {

@@ -250,10 +250,10 @@ class Memory(ApiTest):
 
     def test_refuses_a_film_that_never_fits(self):
         answer = self.submit(1024, 1024)
-        self.assert_problem(answer, 422, "/film")
+        self.assert_problem(answer, 413, "/film")
         self.assertIn("--memory", answer.body.decode())
         body = {**job_body(), "film": {"width": 1024, "height": 1024}}
-        self.assert_problem(self.server.post("/v1/jobs?dry_run=1", body), 422, "/film")
+        self.assert_problem(self.server.post("/v1/jobs?dry_run=1", body), 413, "/film")
 
     def test_reports_the_limit(self):
         limits = self.server.get("/v1/server").json()["limits"]

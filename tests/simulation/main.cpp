@@ -184,8 +184,9 @@ int main(int count, char** arguments) {
     }
   }
   settle_process(arguments);
-  const auto folder =
-      std::filesystem::path("/dev/shm") / ("tessera-simulation-" + std::to_string(::getpid()));
+  const std::filesystem::path memory = "/dev/shm";
+  const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
+                      ("tessera-simulation-" + std::to_string(::getpid()));
   std::uint64_t failed = 0;
   for (std::uint64_t i = 0; i < options.seeds && failed == 0; ++i) {
     failed += play_seed(options.seed + i, options, folder) ? 0U : 1U;

@@ -56,6 +56,15 @@ TEST(Fresnel, GlassInAirHasTheTextbookValues) {
   EXPECT_EQ(core::fresnel_dielectric(0, 1.5F), 1);
 }
 
+// glTF 2.0, appendix B.3.4; a half and three quarters are exact.
+TEST(Fresnel, SchlicksWeightIsTheFifthPower) {
+  EXPECT_EQ(core::schlick_weight(0.5F), 0x1p-5F);
+  EXPECT_EQ(core::schlick_weight(0.75F), 0x1p-10F);
+  EXPECT_EQ(core::schlick_weight(0.0F), 1);
+  EXPECT_EQ(core::schlick_weight(1.0F), 0);
+  EXPECT_NEAR(core::fresnel_schlick(0.04F, 0.8F, 0.5F), 0.04 * 31 / 32 + 0.8 / 32, 1e-7);
+}
+
 TEST(Fresnel, HemisphericalReflectanceMatchesTheTables) {
   for (const auto& [eta, truth] : {std::pair{1.5F, 0.091778}, std::pair{1 / 1.5F, 0.596346}}) {
     double sum = 0;

@@ -54,7 +54,7 @@ class LeaseTable {
     std::uint64_t verified = 0;  ///< Units rendered twice with equal results.
     std::uint64_t differing = 0;
     std::uint64_t suspended = 0;  ///< Workers suspended for wrong results.
-    std::uint64_t own = 0;        ///< Units rendered by this process after workers failed.
+    std::uint64_t own = 0;        ///< Units that this process rendered itself.
     bool has_broker = false;      ///< Set by WorkBoard.
   };
 

@@ -109,6 +109,12 @@ Json describe_option(const CLI::Option& option) {
 
 }  // namespace
 
+int complain(const char* program, const core::Error& error, int code) {
+  std::fprintf(stderr, "%s: %s%s%s\n", program, error.where.c_str(),
+               error.where.empty() ? "" : ": ", error.message.c_str());
+  return code;
+}
+
 std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extra = app.remaining();
   const auto unknown = std::find_if(extra.begin(), extra.end(), [](const std::string& word) {

@@ -21,6 +21,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/flags/exit_codes.h"
+#include "core/base/result.h"
 
 namespace flags {
 
@@ -44,6 +45,9 @@ std::vector<std::string> names_of(const Rows& rows) {
 /// faults are printed to stderr and return 2.
 int parse_and_run(CLI::App& app, const std::vector<std::string>& args,
                   const std::function<int()>& body, const std::function<Choices()>& choices = {});
+
+/// Prints "tessera backup: where: message" to stderr and returns code.
+int complain(const char* program, const core::Error& error, int code);
 
 /// Returns the line of JSON for an app.
 nlohmann::ordered_json describe(const CLI::App& app, const Choices& choices = {});

@@ -35,14 +35,14 @@ core::SceneSummary example_scene() {
 std::vector<core::ConvergencePoint> example_points() {
   std::vector<core::ConvergencePoint> points;
   constexpr std::array kSamples = {4, 16, 64};
-  constexpr std::array kErrors = {0.31, 0.16, 0.079};
+  constexpr std::array kErrorsAt = {0.31, 0.16, 0.079};
   for (std::size_t i = 0; i < kSamples.size(); ++i) {
     core::ConvergencePoint point;
     point.samples_per_pixel = kSamples[i];
     point.elapsed_seconds = 0.05 * kSamples[i];
     point.cpu_seconds = 0.1 * kSamples[i];
     point.rays = static_cast<std::uint64_t>(kSamples[i]) * 1'036'800;
-    point.error = {kErrors[i], kErrors[i] * 0.97, kErrors[i] * 1.03, false};
+    point.error = {kErrorsAt[i], kErrorsAt[i] * 0.97, kErrorsAt[i] * 1.03, false};
     points.push_back(point);
   }
   return points;

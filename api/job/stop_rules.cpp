@@ -16,11 +16,11 @@ using core::StopRules;
 
 constexpr double kConfidence = 0.95;
 
-constexpr std::array kScopes = {
+constexpr std::array kErrorScopes = {
     core::NamedValue<bool>{"image", false, "The error of the whole image."},
     core::NamedValue<bool>{"worst_tile", true, "The error of the worst tile."},
 };
-std::span<const core::NamedValue<bool>> scopes() { return kScopes; }
+std::span<const core::NamedValue<bool>> scopes() { return kErrorScopes; }
 
 void read_deadline(const Json& value, StopRules& rules, const std::string& pointer,
                    Faults& faults) {

@@ -197,7 +197,7 @@ int run(const LabFlags& flags) {
 
 /// Returns the choices of all experiments, since options are completed without knowing the
 /// experiment.
-Choices choices() {
+Choices lab_choices() {
   Choices all = {{"--sampler", {}}, {"--estimator", {}}};
   const auto add = [](std::vector<std::string>& to, std::string_view name) {
     if (std::find(to.begin(), to.end(), name) == to.end()) {
@@ -268,7 +268,7 @@ int lab_command(const Args& args) {
     }
     return run(flags);
   };
-  return parse_and_run(app, args, chosen, &choices);
+  return parse_and_run(app, args, chosen, &lab_choices);
 }
 
 }  // namespace cli

@@ -482,7 +482,7 @@ void add_members(const Json& schema, const std::string& path, std::vector<std::s
 }
 
 /// Returns the choices of job options, and of options by which client verbs select jobs and images.
-Choices choices() {
+Choices render_choices() {
   std::vector<std::string> states;
   for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
     states.emplace_back(api::to_text(static_cast<api::JobState>(state)));
@@ -513,7 +513,7 @@ int render(const Args& args) {
   app.add_flag_callback("--scenes", &print_builtin_scenes,
                         "List the built-in scenes; render nothing");
   return parse_and_run(
-      app, args, [&] { return run(flags); }, &choices);
+      app, args, [&] { return run(flags); }, &render_choices);
 }
 
 }  // namespace cli

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/invalid.h"
 #include "core/image_io/image_codec.h"
 
 namespace core {
@@ -34,8 +35,6 @@ struct Header {
   Resolution resolution;
   Rgb multiplier = Rgb(1);  ///< of the stored values
 };
-
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
 std::string_view text_of(std::span<const std::byte> file) {
   return {reinterpret_cast<const char*>(file.data()), file.size()};

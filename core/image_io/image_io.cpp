@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/invalid.h"
 #include "core/image_io/exr_header.h"
 #include "core/image_io/hdr.h"
 #include "core/image_io/image_codec.h"
@@ -21,7 +22,6 @@ constexpr std::uint64_t kAvifBytes = 32;
 /// Memory of any encoder for its tables and current rows.
 constexpr std::uint64_t kCodecBytes = std::uint64_t{2} << 20U;
 
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
 /// Returns the kind of a file that may be passed to a decoder.

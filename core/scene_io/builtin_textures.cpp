@@ -4,13 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <utility>
+
+#include "core/math/numbers.h"
 
 namespace core {
 namespace {
-
-constexpr float kTwoPi = 2 * std::numbers::pi_v<float>;
 
 float hashed(int x, int y) {
   auto h =

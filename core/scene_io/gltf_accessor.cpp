@@ -4,12 +4,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 template <typename T>
 T load(const std::byte* from) noexcept {

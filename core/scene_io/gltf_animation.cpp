@@ -8,16 +8,13 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_nodes.h"
 
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 struct Track {
   std::vector<float> times;

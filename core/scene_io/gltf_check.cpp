@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_json.h"
 #include "core/scene_io/gltf_mend.h"
 #include "core/scene_io/gltf_pointer.h"
@@ -16,10 +17,6 @@ namespace core {
 namespace {
 
 using Json = GltfJson;
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 /// "byte 26 (line 2, column 7)"; lines and columns count from 1.
 std::string place_of(std::string_view text, std::size_t offset) {

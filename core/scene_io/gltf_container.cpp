@@ -5,6 +5,8 @@
 #include <cstring>
 #include <string>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
 
@@ -13,8 +15,6 @@ constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
-
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
 // glTF is little-endian, like every supported machine.
 std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {

@@ -8,12 +8,10 @@
 
 #include <draco/compression/decode.h>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 float normalisation(const GltfAccessor& accessor, const draco::PointAttribute& attribute) {
   if (!accessor.normalized || attribute.normalized()) {

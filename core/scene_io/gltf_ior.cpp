@@ -5,14 +5,11 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_model.h"
 
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 Result<std::array<float, 3>> three_numbers(const tinygltf::Value& value, const std::string& where) {
   if (!value.IsArray() || value.ArrayLen() != 3) {

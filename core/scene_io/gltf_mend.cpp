@@ -28,10 +28,6 @@ constexpr double kShearMax = 1e-3;
 /// this part of the outer one; if that is 0, this many radians count.
 constexpr double kSoftEdge = 1e-4;
 
-std::string at(const char* array, std::size_t i) {
-  return std::string("/") + array + "/" + std::to_string(i);
-}
-
 Json* array_in(Json& root, const char* name) {
   const auto it = root.find(name);
   return it == root.end() ? nullptr : &*it;
@@ -106,10 +102,10 @@ Status mend_cameras(Json& root, GltfTables& tables, GltfRepairs& repairs) {
   for (std::size_t i = 0; cameras != nullptr && i < cameras->size(); ++i) {
     Json& camera = (*cameras)[i];
     if (const auto fault = fault_of_camera(camera)) {
-      leave_out(tables, {"cameras", i}, {ErrorCode::kInvalidArgument, *fault, at("cameras", i)},
-                repairs);
+      leave_out(tables, {"cameras", i},
+                {ErrorCode::kInvalidArgument, *fault, pointer_of("cameras", i)}, repairs);
       camera = {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}};
-    } else if (auto status = mend_camera(camera, at("cameras", i), repairs); !status) {
+    } else if (auto status = mend_camera(camera, pointer_of("cameras", i), repairs); !status) {
       return status;
     }
   }
@@ -144,7 +140,7 @@ Status mend_attenuation(Json& material, const std::string& where, GltfRepairs& r
 Status mend_materials(Json& root, GltfRepairs& repairs) {
   Json* const materials = array_in(root, "materials");
   for (std::size_t i = 0; materials != nullptr && i < materials->size(); ++i) {
-    const std::string where = at("materials", i);
+    const std::string where = pointer_of("materials", i);
     Status status = mend_attenuation((*materials)[i], where, repairs);
     if (status && !repairs.is_strict()) {  // Strict reading refuses another ior later.
       status = mend_ior((*materials)[i], where, repairs);
@@ -173,7 +169,7 @@ Status mend_attributes(const Json& attributes, bool is_quantized, Json& accessor
       continue;
     }
     accessor["normalized"] = true;
-    if (auto status = repairs.mended("missing", at("accessors", index.get<std::size_t>()),
+    if (auto status = repairs.mended("missing", pointer_of("accessors", index.get<std::size_t>()),
                                      "integers of " + name + " must be normalized",
                                      "they count as normalized");
         !status) {
@@ -263,7 +259,7 @@ void mend_animations(Json& root, GltfTables& tables, GltfRepairs& repairs) {
                   {ErrorCode::kInvalidArgument,
                    std::to_string(sampler) + " names none of the " + std::to_string(samplers) +
                        " samplers",
-                   at("animations", a) + "/channels/" + std::to_string(c) + "/sampler"},
+                   pointer_of("animations", a) + "/channels/" + std::to_string(c) + "/sampler"},
                   repairs);
         animation["channels"] = Json::array();
         animation["samplers"] = Json::array();
@@ -368,7 +364,7 @@ Status mend_document(GltfJson& root, GltfTables& tables, GltfRepairs& repairs) {
   }
   Json* const nodes = array_in(root, "nodes");
   for (std::size_t i = 0; nodes != nullptr && i < nodes->size(); ++i) {
-    if (status = mend_node((*nodes)[i], at("nodes", i), repairs); !status) {
+    if (status = mend_node((*nodes)[i], pointer_of("nodes", i), repairs); !status) {
       return status;
     }
   }
@@ -382,7 +378,7 @@ Status take_animated_matrices_apart(GltfJson& root, GltfRepairs& repairs) {
     if (!node.contains("matrix")) {
       continue;
     }
-    const std::string where = at("nodes", index) + "/matrix";
+    const std::string where = pointer_of("nodes", index) + "/matrix";
     const std::string fault = "an animated node has translation, rotation and scale, no matrix";
     const bool is_replaced = parts.size() == 3;
     if (is_replaced) {

@@ -6,12 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/invalid.h"
+#include "core/scene_io/gltf_tables.h"
+
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 // Denies tinygltf file access: every callback refuses.
 tinygltf::FsCallbacks no_files() {
@@ -30,10 +29,6 @@ bool no_images(tinygltf::Image*, int, std::string*, std::string*, int, int, cons
   return false;
 }
 
-std::string at(const char* collection, std::size_t i) {
-  return std::string("/") + collection + "/" + std::to_string(i);
-}
-
 // Checks that every node has at most one parent and that there is no cycle.
 Status check_forest(const tinygltf::Model& model) {
   std::vector<int> parent(model.nodes.size(), -1);
@@ -42,7 +37,7 @@ Status check_forest(const tinygltf::Model& model) {
     for (std::size_t c = 0; c < children.size(); ++c) {
       int& of_child = parent[static_cast<std::size_t>(children[c])];
       if (of_child >= 0) {
-        return invalid(at("nodes", i) + "/children/" + std::to_string(c),
+        return invalid(pointer_of("nodes", i) + "/children/" + std::to_string(c),
                        "node " + std::to_string(children[c]) + " is already a child of node " +
                            std::to_string(of_child));
       }
@@ -65,7 +60,7 @@ Status check_forest(const tinygltf::Model& model) {
   }
   const auto lost = std::find(reached.begin(), reached.end(), false);
   if (lost != reached.end()) {
-    return invalid(at("nodes", static_cast<std::size_t>(lost - reached.begin())),
+    return invalid(pointer_of("nodes", static_cast<std::size_t>(lost - reached.begin())),
                    "the node is among its own descendants");
   }
   return ok_status();
@@ -75,7 +70,7 @@ Status check_nodes(const tinygltf::Model& model) {
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
     const tinygltf::Node& node = model.nodes[i];
     if (node.skin >= 0 && node.mesh < 0) {
-      return invalid(at("nodes", i), "a node with a skin needs a mesh");
+      return invalid(pointer_of("nodes", i), "a node with a skin needs a mesh");
     }
   }
   return check_forest(model);
@@ -86,11 +81,11 @@ Status check_parts(const tinygltf::Model& model) {
     const tinygltf::Camera& camera = model.cameras[i];
     const bool orthographic = camera.type == "orthographic";
     if (orthographic && (camera.orthographic.xmag == 0 || camera.orthographic.ymag == 0)) {
-      return invalid(at("cameras", i),
+      return invalid(pointer_of("cameras", i),
                      "the camera has no orthographic object with xmag and ymag other than 0");
     }
     if (!orthographic && camera.perspective.yfov <= 0) {
-      return invalid(at("cameras", i), "the camera has no perspective object");
+      return invalid(pointer_of("cameras", i), "the camera has no perspective object");
     }
   }
   for (std::size_t i = 0; i < model.lights.size(); ++i) {
@@ -104,7 +99,7 @@ Status check_parts(const tinygltf::Model& model) {
     const tinygltf::Animation& animation = model.animations[i];
     for (std::size_t c = 0; c < animation.channels.size(); ++c) {
       if (static_cast<std::size_t>(animation.channels[c].sampler) >= animation.samplers.size()) {
-        return invalid(at("animations", i) + "/channels/" + std::to_string(c) + "/sampler",
+        return invalid(pointer_of("animations", i) + "/channels/" + std::to_string(c) + "/sampler",
                        std::to_string(animation.channels[c].sampler) + " names none of the " +
                            std::to_string(animation.samplers.size()) + " samplers");
       }

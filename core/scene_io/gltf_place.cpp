@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_model.h"
@@ -16,10 +17,6 @@
 
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 std::vector<float> narrowed(const std::vector<double>& values) {
   std::vector<float> out;

@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_schema.h"
 #include "core/scene_io/gltf_schema_check.h"
 
@@ -16,10 +17,6 @@ namespace core {
 namespace {
 
 using Json = GltfJson;
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 /// Returns the unescaped steps of a JSON pointer (RFC 6901); empty if it is invalid.
 std::vector<std::string> steps_of(std::string_view pointer) {

@@ -5,16 +5,13 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_draco.h"
 #include "core/scene_io/gltf_model.h"
 
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 using Indices = std::vector<std::uint32_t>;
 

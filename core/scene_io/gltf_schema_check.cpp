@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/invalid.h"
 #include "core/scene_io/gltf_schema.h"
 
 namespace core {
@@ -23,10 +24,6 @@ constexpr double kIntegerMax = 9007199254740992.0;
 constexpr double kNumberMax = 3.4e38;  // FLT_MAX, rounded down
 
 constexpr const char* kIgnored = "it is ignored";
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
 
 std::string number_text(double v) {
   const bool whole = v == std::floor(v) && std::abs(v) < kIntegerMax;

@@ -4,16 +4,10 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
-
-Error invalid(std::string where, std::string message) {
-  return {ErrorCode::kInvalidArgument, std::move(message), std::move(where)};
-}
-
-std::string at(const char* collection, std::size_t i) {
-  return std::string("/") + collection + "/" + std::to_string(i);
-}
 
 // All numbers are integers below 2^53, so sums of two cannot overflow.
 bool fits(std::uint64_t offset, std::uint64_t bytes, std::uint64_t whole) {
@@ -30,7 +24,8 @@ Status check_buffer(const GltfTables& tables, std::size_t i, const GltfContainer
     return ok_status();
   }
   if (i != 0 || !container.has_bin) {
-    return invalid(at("buffers", i), "the buffer has neither a uri nor the binary chunk of a GLB");
+    return invalid(pointer_of("buffers", i),
+                   "the buffer has neither a uri nor the binary chunk of a GLB");
   }
   return ok_status();
 }
@@ -83,21 +78,22 @@ Status check_view(GltfTables& tables, std::size_t i, GltfRepairs& repairs) {
     std::string fault = span_text(view.offset, view.bytes) + " lie outside of the buffer of " +
                         std::to_string(buffer.bytes) + " bytes";
     if (view.offset >= buffer.bytes || view.offset + view.bytes > buffer.bytes + kPaddingMax) {
-      return invalid(at("bufferViews", i), std::move(fault));
+      return invalid(pointer_of("bufferViews", i), std::move(fault));
     }
     view.bytes = buffer.bytes - view.offset;
-    if (auto status = repairs.mended("padding", at("bufferViews", i), std::move(fault),
+    if (auto status = repairs.mended("padding", pointer_of("bufferViews", i), std::move(fault),
                                      "the view ends with the buffer");
         !status) {
       return status;
     }
   }
   if (buffer.is_meshopt_fallback && !buffer.uri && !view.meshopt) {
-    return invalid(at("bufferViews", i), "the view reads a buffer without content");
+    return invalid(pointer_of("bufferViews", i), "the view reads a buffer without content");
   }
-  return view.meshopt ? check_meshopt(tables, view,
-                                      at("bufferViews", i) + "/extensions/EXT_meshopt_compression")
-                      : ok_status();
+  return view.meshopt
+             ? check_meshopt(tables, view,
+                             pointer_of("bufferViews", i) + "/extensions/EXT_meshopt_compression")
+             : ok_status();
 }
 
 struct Elements {
@@ -128,13 +124,14 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
   if (accessor.view >= 0 && tables.fault_of("bufferViews", accessor.view) == nullptr) {
     const GltfView& view = tables.views[static_cast<std::size_t>(accessor.view)];
     if (view.stride != 0 && view.stride < bytes) {
-      return invalid(at("bufferViews", static_cast<std::size_t>(accessor.view)) + "/byteStride",
-                     std::to_string(view.stride) + " is less than an element of accessor " +
-                         std::to_string(i) + ", " + std::to_string(bytes) + " bytes");
+      return invalid(
+          pointer_of("bufferViews", static_cast<std::size_t>(accessor.view)) + "/byteStride",
+          std::to_string(view.stride) + " is less than an element of accessor " +
+              std::to_string(i) + ", " + std::to_string(bytes) + " bytes");
     }
     const Elements elements = {accessor.offset, accessor.count, bytes,
                                view.stride == 0 ? bytes : view.stride};
-    if (auto status = check_elements(view, elements, at("accessors", i)); !status) {
+    if (auto status = check_elements(view, elements, pointer_of("accessors", i)); !status) {
       return status;
     }
   }
@@ -142,7 +139,7 @@ Status check_accessor(const GltfTables& tables, std::size_t i) {
     return ok_status();
   }
   const GltfSparse& sparse = *accessor.sparse;
-  const std::string where = at("accessors", i) + "/sparse";
+  const std::string where = pointer_of("accessors", i) + "/sparse";
   if (sparse.count > accessor.count) {
     return invalid(where + "/count", std::to_string(sparse.count) +
                                          " is more than the accessor's " +
@@ -167,18 +164,19 @@ Status check_image(GltfTables& tables, std::size_t i, GltfRepairs& repairs) {
   GltfImage& image = tables.images[i];
   if (image.uri && image.view >= 0) {
     image.uri.reset();
-    return repairs.mended("left_out", at("images", i),
+    return repairs.mended("left_out", pointer_of("images", i),
                           "an image has a uri or a bufferView, not both", "its uri is ignored");
   }
   return image.uri || image.view >= 0
              ? ok_status()
-             : Status(invalid(at("images", i), "the image has neither a uri nor a bufferView"));
+             : Status(invalid(pointer_of("images", i),
+                              "the image has neither a uri nor a bufferView"));
 }
 
 Status check_profile(const GltfTables& tables, std::size_t i) {
   const GltfProfile& profile = tables.profiles[i];
   if (profile.uri.has_value() == (profile.view >= 0)) {
-    return invalid(at("extensions/EXT_lights_ies/lights", i),
+    return invalid(pointer_of("extensions/EXT_lights_ies/lights", i),
                    profile.uri ? "a light profile has a uri or a bufferView, not both"
                                : "the light profile has neither a uri nor a bufferView");
   }

@@ -18,6 +18,11 @@
 
 namespace core {
 
+/// Returns "/nodes/3".
+inline std::string pointer_of(const char* collection, std::size_t i) {
+  return std::string("/") + collection + "/" + std::to_string(i);
+}
+
 struct GltfBuffer {
   std::uint64_t bytes = 0;
   std::optional<std::string> uri;    ///< none: the binary chunk of the GLB, or a meshopt fallback

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <cstdint>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
 
@@ -29,8 +31,6 @@ int base64_digit(char c) noexcept {
   }
   return c == '+' || c == '-' ? 62 : (c == '/' || c == '_' ? 63 : -1);
 }
-
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
 bool is_space(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
 

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/invalid.h"
+
 namespace core {
 namespace {
 
 /// Limit of values and of their factor; floats can hold sums of the product.
 constexpr double kCandelaMax = 1e9;
-
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
 /// Formats a number for messages: 90, 22.5.
 std::string shown(double value) {

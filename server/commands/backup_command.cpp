@@ -23,7 +23,7 @@ using core::ErrorCode;
 using core::Status;
 namespace fs = std::filesystem;
 
-constexpr const char* kText =
+constexpr const char* kBackupText =
     "Copies a data directory while a server uses it. The copy is consistent: a snapshot of the "
     "records, with the files that they refer to. A rendering job resumes from the checkpoint in "
     "the copy. Verify the copy with `tessera check --data`.";
@@ -189,18 +189,12 @@ core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   return copied;
 }
 
-int complain(const Error& error, int code) {
-  std::fprintf(stderr, "tessera backup: %s%s%s\n", error.where.c_str(),
-               error.where.empty() ? "" : ": ", error.message.c_str());
-  return code;
-}
-
 }  // namespace
 
 int backup_command(const std::vector<std::string>& args) {
   std::string data;
   std::string to;
-  CLI::App app(kText, "tessera backup");
+  CLI::App app(kBackupText, "tessera backup");
   app.add_option("--data", data,
                  "The data directory; a server of the same version may be using it.")
       ->type_name("DIR");
@@ -210,11 +204,11 @@ int backup_command(const std::vector<std::string>& args) {
   return flags::parse_and_run(app, args, [&] {
     const auto from = data_directory(data);
     if (!from) {
-      return complain(from.error(), flags::kWrongUsage);
+      return flags::complain("tessera backup", from.error(), flags::kWrongUsage);
     }
     const auto copied = back_up(*from, to);
     if (!copied) {
-      return complain(copied.error(), flags::kFailed);
+      return flags::complain("tessera backup", copied.error(), flags::kFailed);
     }
     std::printf("%d jobs, %d films copied to %s\n", copied->jobs, copied->films, to.c_str());
     return flags::kDone;

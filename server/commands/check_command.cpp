@@ -31,7 +31,7 @@
 namespace server {
 namespace {
 
-constexpr const char* kText =
+constexpr const char* kCheckText =
     "Verifies a data directory: the pages and references of the database, the hash of every asset, "
     "the files of every scene, the checksums and digest of every film, the maps of every "
     "comparison, the hash of webhook.secret. Changes nothing without "
@@ -39,7 +39,7 @@ constexpr const char* kText =
     "damaged; orphaned files are reported but do not count "
     "as damage.";
 
-constexpr int kPage = 200;
+constexpr int kCheckPage = 200;
 
 struct Leftover {
   std::string words;
@@ -165,7 +165,7 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
   JobTable table(database);
   std::set<std::string> known;
   JobQuery query;
-  query.limit = kPage;
+  query.limit = kCheckPage;
   while (true) {
     const auto rows = table.list(query);
     if (!rows) {
@@ -178,7 +178,7 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
       check_film(row, data, findings);
       query.before = row.sequence;
     }
-    if (static_cast<int>(rows->size()) < kPage) {
+    if (static_cast<int>(rows->size()) < kCheckPage) {
       break;
     }
   }
@@ -313,25 +313,21 @@ core::Status mirror(const std::string& directory, const std::string& copy) {
               : core::ok_status();
 }
 
-int complain(const core::Error& error, int code) {
-  std::fprintf(stderr, "tessera check: %s%s%s\n", error.where.c_str(),
-               error.where.empty() ? "" : ": ", error.message.c_str());
-  return code;
-}
-
 int check(const std::string& data_dir, bool with_repair, bool as_json) {
   const auto directory = data_directory(data_dir);
   if (!directory) {
-    return complain(directory.error(), flags::kWrongUsage);
+    return flags::complain("tessera check", directory.error(), flags::kWrongUsage);
   }
   std::error_code code;
   if (!std::filesystem::exists(*directory + "/tessera.db", code)) {
-    return complain({core::ErrorCode::kNotFound, "not a data directory", *directory},
-                    flags::kFailed);
+    return flags::complain("tessera check",
+                           {core::ErrorCode::kNotFound, "not a data directory", *directory},
+                           flags::kFailed);
   }
   const bool is_read_only = ::access(directory->c_str(), W_OK) != 0;
   if (is_read_only && with_repair) {
-    return complain(
+    return flags::complain(
+        "tessera check",
         {core::ErrorCode::kConflict, "is read-only, so it cannot be repaired", *directory},
         flags::kFailed);
   }
@@ -339,16 +335,16 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
   if (is_read_only) {
     copy.emplace();
     if (const core::Status made = mirror(*directory, copy->path()); !made) {
-      return complain(made.error(), flags::kFailed);
+      return flags::complain("tessera check", made.error(), flags::kFailed);
     }
   }
   const auto data = DataDir::open(copy ? copy->path() : *directory);
   if (!data) {
-    return complain(data.error(), flags::kFailed);
+    return flags::complain("tessera check", data.error(), flags::kFailed);
   }
   auto database = Database::open(data->database_path());
   if (!database) {
-    return complain(database.error(), flags::kFailed);
+    return flags::complain("tessera check", database.error(), flags::kFailed);
   }
   Findings findings;
   if (const std::string& damage = (*database)->damage(); !damage.empty()) {
@@ -377,7 +373,7 @@ int check_command(const std::vector<std::string>& args) {
   std::string data;
   bool as_json = false;
   bool with_repair = false;
-  CLI::App app(kText, "tessera check");
+  CLI::App app(kCheckText, "tessera check");
   app.add_option("--data", data, "The data directory; stop the server first.")->type_name("DIR");
   app.add_flag("--json", as_json, "Print the findings as JSON.");
   app.add_flag("--repair", with_repair,

@@ -31,7 +31,7 @@ constexpr double kDaysMax = 36500;
 constexpr double kRateMax = 100'000'000;
 constexpr std::array<const char*, 3> kVerbs = {"add", "list", "remove"};
 
-constexpr const char* kText =
+constexpr const char* kKeysText =
     "Adds, lists and removes the bearer keys of a server. `keys add NAME` prints a new key once; "
     "the data directory stores only its hash. `keys list` lists the keys, `keys remove ID` removes "
     "one. A running server applies changes within a second. Once a key exists, every request needs "
@@ -48,12 +48,6 @@ struct KeyFlags {
   bool as_json = false;
 };
 
-int complain(const core::Error& error, int code) {
-  std::fprintf(stderr, "tessera keys: %s%s%s\n", error.where.c_str(),
-               error.where.empty() ? "" : ": ", error.message.c_str());
-  return code;
-}
-
 int add(KeyTable& table, const KeyFlags& flags) {
   MadeKey made = make_key(flags.words[1]);
   made.row.created_at = unix_now();
@@ -69,7 +63,7 @@ int add(KeyTable& table, const KeyFlags& flags) {
     made.row.expires_at = made.row.created_at + *flags.days * kDaySeconds;
   }
   if (const auto added = table.insert(made.row); !added) {
-    return complain(added.error(), flags::kFailed);
+    return flags::complain("tessera keys", added.error(), flags::kFailed);
   }
   std::printf("%s\n", made.token.c_str());
   std::fprintf(stderr, "key %s for %s; it is not shown again\n", made.row.id.c_str(),
@@ -80,7 +74,7 @@ int add(KeyTable& table, const KeyFlags& flags) {
 int list(KeyTable& table, const KeyFlags& flags) {
   const auto rows = table.list();
   if (!rows) {
-    return complain(rows.error(), flags::kFailed);
+    return flags::complain("tessera keys", rows.error(), flags::kFailed);
   }
   if (flags.as_json) {
     api::Json keys = api::Json::array();
@@ -102,10 +96,12 @@ int list(KeyTable& table, const KeyFlags& flags) {
 int remove(KeyTable& table, const KeyFlags& flags) {
   const auto removed = table.remove(flags.words[1]);
   if (!removed) {
-    return complain(removed.error(), flags::kFailed);
+    return flags::complain("tessera keys", removed.error(), flags::kFailed);
   }
   if (!*removed) {
-    return complain({core::ErrorCode::kNotFound, "no such key", flags.words[1]}, flags::kFailed);
+    return flags::complain("tessera keys",
+                           {core::ErrorCode::kNotFound, "no such key", flags.words[1]},
+                           flags::kFailed);
   }
   return flags::kDone;
 }
@@ -126,13 +122,14 @@ int change(const KeyFlags& flags) {
   const std::size_t words = verb == "list" ? 1 : 2;
   if (std::find(kVerbs.begin(), kVerbs.end(), verb) == kVerbs.end() ||
       flags.words.size() != words) {
-    return complain({core::ErrorCode::kInvalidArgument,
-                     "expected add NAME, list, or remove ID; see --help", ""},
-                    flags::kWrongUsage);
+    return flags::complain("tessera keys",
+                           {core::ErrorCode::kInvalidArgument,
+                            "expected add NAME, list, or remove ID; see --help", ""},
+                           flags::kWrongUsage);
   }
   auto database = open_database(flags);
   if (!database) {
-    return complain(database.error(), flags::kFailed);
+    return flags::complain("tessera keys", database.error(), flags::kFailed);
   }
   KeyTable table(**database);
   return verb == "add"    ? add(table, flags)
@@ -152,7 +149,7 @@ CLI::Validator needs(const std::function<bool(const std::string&)>& is_right, st
 
 int keys_command(const std::vector<std::string>& args) {
   KeyFlags given;
-  CLI::App app(kText, "tessera keys");
+  CLI::App app(kKeysText, "tessera keys");
   app.add_option("COMMAND", given.words, "add NAME, list, or remove ID")
       ->type_name("COMMAND")
       ->expected(1, 2)

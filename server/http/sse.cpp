@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kMaxStreamChars = 64;
 
-void append_field(std::string& text, std::string_view name, std::string_view value) {
+void append_line(std::string& text, std::string_view name, std::string_view value) {
   text += name;
   text += ": ";
   std::copy_if(value.begin(), value.end(), std::back_inserter(text),
@@ -45,13 +45,13 @@ std::string format_sse(const SseEvent& event) {
   std::string text;
   text.reserve(event.data.size() + event.id.size() + event.event.size() + 48);
   if (!event.id.empty()) {
-    append_field(text, "id", event.id);
+    append_line(text, "id", event.id);
   }
   if (!event.event.empty()) {
-    append_field(text, "event", event.event);
+    append_line(text, "event", event.event);
   }
   if (event.retry_ms) {
-    append_field(text, "retry", std::to_string(*event.retry_ms));
+    append_line(text, "retry", std::to_string(*event.retry_ms));
   }
   append_lines(text, "data: ", event.data);
   text += '\n';

@@ -44,7 +44,7 @@ Response upload(const RouteContext& context, Request& request, const std::string
   return response;
 }
 
-Response create(const RouteContext& context, Request& request) {
+Response create_asset(const RouteContext& context, Request& request) {
   return upload(context, request, {});
 }
 
@@ -58,7 +58,7 @@ Response put(const RouteContext& context, Request& request) {
   return upload(context, request, id);
 }
 
-Response get(const RouteContext& context, Request& request) {
+Response get_asset(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (const auto found = context.assets.find(id, request.access); !found) {
     return error_answer(request, found.error());
@@ -82,7 +82,7 @@ Response get(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_asset(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("sha256"));
   if (const auto found = context.assets.find(id, request.access); !found) {
     return error_answer(request, found.error());
@@ -105,10 +105,10 @@ Response remove(const RouteContext& context, Request& request) {
 
 void add_asset_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy body = BodyPolicy::stream(context.config.upload_bytes_max);
-  table["createAsset"] = {.handler = &create, .body = body};
+  table["createAsset"] = {.handler = &create_asset, .body = body};
   table["putAsset"] = {.handler = &put, .body = body};
-  table["getAsset"] = {.handler = &get};
-  table["deleteAsset"] = {.handler = &remove};
+  table["getAsset"] = {.handler = &get_asset};
+  table["deleteAsset"] = {.handler = &remove_asset};
 }
 
 }  // namespace server

@@ -41,7 +41,7 @@ Response view_answer(const RouteContext& context, const Request& request, int st
   return batch ? batch_answer(status, *batch) : error_answer(request, batch.error());
 }
 
-Response create(const RouteContext& context, Request& request) {
+Response create_batch(const RouteContext& context, Request& request) {
   const auto dry_run = api::parse_batch_submit_query(request.query_params);
   if (!dry_run) {
     return problem_answer(request, dry_run.problem());
@@ -85,7 +85,7 @@ Response create(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_batches(const RouteContext& context, Request& request) {
   const auto query = api::parse_batch_list_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -114,7 +114,7 @@ Response changed(const RouteContext& context, Request& request, int status,
   return done ? view_answer(context, request, status) : problem_answer(request, done.problem());
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_batch(const RouteContext& context, Request& request) {
   const Verdict done = context.batches.remove(id_of(request), request.access);
   return done ? empty_response() : problem_answer(request, done.problem());
 }
@@ -253,9 +253,9 @@ Response sheet(const RouteContext& context, Request& request) {
 
 void add_batch_handlers(HandlerTable& table) {
   table["createBatch"] = {
-      .handler = &create,
+      .handler = &create_batch,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["listBatches"] = {.handler = &list};
+  table["listBatches"] = {.handler = &list_batches};
   table["getBatch"] = {.handler = &get_batch};
   table["cancelBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 200, &BatchService::cancel);
@@ -263,7 +263,7 @@ void add_batch_handlers(HandlerTable& table) {
   table["retryBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 202, &BatchService::retry);
   }};
-  table["deleteBatch"] = {.handler = &remove};
+  table["deleteBatch"] = {.handler = &remove_batch};
   table["getBatchArchive"] = {.handler = &archive};
   table["getBatchSheet"] = {.handler = &sheet};
 }

@@ -210,7 +210,7 @@ core::Status check_memory(const RouteContext& context, const std::vector<std::st
   return context.memory.check(pictures + film, "the comparison");
 }
 
-Response create(const RouteContext& context, Turns& turns, Request& request) {
+Response create_comparison(const RouteContext& context, Turns& turns, Request& request) {
   const auto parsed = api::parse_comparison(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -303,7 +303,7 @@ void add_comparison_handlers(HandlerTable& table) {
   const auto turns = std::make_shared<Turns>(1);
   table["createComparison"] = {
       .handler = [turns](const RouteContext& context,
-                         Request& request) { return create(context, *turns, request); },
+                         Request& request) { return create_comparison(context, *turns, request); },
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
   table["getComparison"] = {.handler = &get_comparison};
   table["getComparisonMap"] = {.handler = &map};

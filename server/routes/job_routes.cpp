@@ -145,7 +145,7 @@ Asked read_job(const RouteContext& context, Request& request, bool from_image) {
                             core::sha256_hex(request.body.data(), request.body.size())};
 }
 
-Response create(const RouteContext& context, Request& request) {
+Response create_job(const RouteContext& context, Request& request) {
   const auto query = api::parse_submit_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -179,7 +179,7 @@ Response create(const RouteContext& context, Request& request) {
   return submitted_answer(context, request, *submitted);
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_jobs(const RouteContext& context, Request& request) {
   const auto query = api::parse_job_list_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -285,7 +285,7 @@ Response extend(const RouteContext& context, Request& request, const JobPointer&
   return job_answer(202, *job, context.jobs.view(*job));
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_job(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("id"));
   const auto removed = context.jobs.remove(id, request.access);
   return removed ? empty_response() : problem_answer(request, removed.problem());
@@ -296,16 +296,16 @@ Response remove(const RouteContext& context, Request& request) {
 void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["createJob"] = {
-      .handler = &create,
+      .handler = &create_job,
       .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
   table["putJob"] = {.handler = &put, .body = json};
-  table["listJobs"] = {.handler = &list};
+  table["listJobs"] = {.handler = &list_jobs};
   table["getJob"] = {.handler = &get_job};
   table["patchJob"] = {.of_job = &patch, .body = json};
   table["cancelJob"] = {.of_job = &cancel};
   table["retryJob"] = {.of_job = &retry};
   table["extendJob"] = {.of_job = &extend, .body = json};
-  table["deleteJob"] = {.handler = &remove};
+  table["deleteJob"] = {.handler = &remove_job};
 }
 
 }  // namespace server

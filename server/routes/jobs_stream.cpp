@@ -11,7 +11,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint32_t kRetryMs = 2000;
 constexpr std::chrono::seconds kPing{15};
 /// Interval for polling the jobs' logs: a thread can wait on only one of them.
-constexpr std::chrono::milliseconds kPoll{100};
+constexpr std::chrono::milliseconds kJobsPoll{100};
 constexpr std::chrono::microseconds kPace{50'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
 
@@ -103,7 +103,7 @@ void JobsStream::wait(bool has_sent, StreamWriter& writer) const {
                                     [](const auto& part) { return !part->has_ended(); });
   const EventLog& log = (*running)->job().log();
   const auto pace = kPace + kPaceForEach * streams_.open_count();
-  const auto until = Clock::now() + (has_sent ? Clock::duration(pace) : Clock::duration(kPoll));
+  const auto until = Clock::now() + (has_sent ? Clock::duration(pace) : Clock::duration(kJobsPoll));
   log.wait_after(log.last_seq(), has_sent ? EventLog::Wake::kDurable : EventLog::Wake::kAnything,
                  until, writer.stop_token());
 }

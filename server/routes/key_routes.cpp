@@ -20,7 +20,7 @@ using core::ErrorCode;
 
 constexpr double kDaySeconds = 24 * 3600;
 
-Response list(const RouteContext& context, Request& request) {
+Response list_keys(const RouteContext& context, Request& request) {
   const auto rows = context.keys.list();
   if (!rows) {
     return error_answer(request, rows.error());
@@ -49,7 +49,7 @@ MadeKey made_key(const api::KeyRequest& asked) {
   return made;
 }
 
-Response create(const RouteContext& context, Request& request) {
+Response create_key(const RouteContext& context, Request& request) {
   const auto asked = api::parse_key_request(request.body);
   if (!asked) {
     return problem_answer(request, asked.problem());
@@ -68,7 +68,7 @@ Response create(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_key(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("id"));
   const auto removed = context.keys.remove(id);
   if (!removed) {
@@ -112,11 +112,11 @@ Response usage(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_key_handlers(HandlerTable& table) {
-  table["listKeys"] = {.handler = &list};
+  table["listKeys"] = {.handler = &list_keys};
   table["createKey"] = {
-      .handler = &create,
+      .handler = &create_key,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["deleteKey"] = {.handler = &remove};
+  table["deleteKey"] = {.handler = &remove_key};
   table["getUsage"] = {.handler = &usage};
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 /// Experiments run at a lower priority than renders.
 constexpr int kNiceness = 10;
-constexpr std::chrono::seconds kPoll{1};
+constexpr std::chrono::seconds kLabPoll{1};
 
 }  // namespace
 
@@ -45,7 +45,7 @@ std::string LabStream::next(const std::stop_token& stop) {
   const auto ready = [&]()
                          TESSERA_TS(no_thread_safety_analysis) { return done_ || !lines_.empty(); };
   while (!ready() && !stop.stop_requested()) {
-    changed_.wait_for(mutex_, stop, kPoll, ready);
+    changed_.wait_for(mutex_, stop, kLabPoll, ready);
   }
   return std::exchange(lines_, {});
 }

@@ -75,7 +75,7 @@ Response put(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response get(const RouteContext& context, Request& request) {
+Response get_preset(const RouteContext& context, Request& request) {
   const std::string_view name = request.path_param("name");
   const auto rows = visible_presets(context, request.access);
   if (!rows) {
@@ -90,7 +90,7 @@ Response get(const RouteContext& context, Request& request) {
   return *preset ? json_response(200, api::preset_json(name, **preset)) : no_preset(request, name);
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_presets(const RouteContext& context, Request& request) {
   const auto rows = visible_presets(context, request.access);
   if (!rows) {
     return error_answer(request, rows.error());
@@ -107,7 +107,7 @@ Response list(const RouteContext& context, Request& request) {
   return json_response(200, api::preset_list_json(presets));
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_preset(const RouteContext& context, Request& request) {
   const std::string_view name = request.path_param("name");
   const auto rows = visible_presets(context, request.access);
   if (!rows) {
@@ -189,9 +189,9 @@ void add_preset_handlers(HandlerTable& table) {
   table["putPreset"] = {
       .handler = &put,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["getPreset"] = {.handler = &get};
-  table["deletePreset"] = {.handler = &remove};
-  table["listPresets"] = {.handler = &list};
+  table["getPreset"] = {.handler = &get_preset};
+  table["deletePreset"] = {.handler = &remove_preset};
+  table["listPresets"] = {.handler = &list_presets};
   table["createSigningKey"] = {.handler = &create_key};
   table["listSigningKeys"] = {.handler = &list_keys};
   table["deleteSigningKey"] = {.handler = &remove_key};

@@ -31,7 +31,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-struct Sent {
+struct SentDrake {
   MemoryGate::Lease lease;  ///< of the body, then of the scene's parts
   api::DrakeForm form;
   core::SplitGltf scene;
@@ -40,7 +40,7 @@ struct Sent {
 /// The protocol has 16 fields; forms of its later versions may have more.
 constexpr std::size_t kParts = 64;
 
-api::Parsed<Sent> read_form(const RouteContext& context, const Request& request) {
+api::Parsed<SentDrake> read_drake_form(const RouteContext& context, const Request& request) {
   const auto refused = [](std::string pointer, std::string detail) {
     return api::from_error(
         Error{ErrorCode::kInvalidArgument, std::move(detail), std::move(pointer)});
@@ -88,7 +88,7 @@ api::Parsed<Sent> read_form(const RouteContext& context, const Request& request)
   if (!split) {
     return api::from_error(split.error());
   }
-  return Sent{
+  return SentDrake{
       .lease = std::move(upload->lease), .form = *std::move(form), .scene = *std::move(split)};
 }
 
@@ -133,7 +133,7 @@ core::FloatImage label_image(const api::DrakeForm& form, const SceneService::See
   return image;
 }
 
-Response look(const RouteContext& context, const Request& request, const Sent& sent) {
+Response look(const RouteContext& context, const Request& request, const SentDrake& sent) {
   const api::DrakeForm& form = sent.form;
   core::CameraSettings camera;
   camera.type = core::CameraType::kPinhole;
@@ -170,7 +170,7 @@ void forget(const RouteContext& context, const Request& request, const Rendered&
 }
 
 Response render_color(const RouteContext& context, WaitingClients& clients, Request& request,
-                      api::RenderQuery query, Sent sent) {
+                      api::RenderQuery query, SentDrake sent) {
   RenderOrder order{.query = std::move(query), .job = api::drake_job(sent.form), .is_once = true};
   order.query.format = "png";
   order.query.size.reset();
@@ -210,7 +210,7 @@ Response render_drake(const RouteContext& context, WaitingClients& clients, Requ
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  auto sent = read_form(context, request);
+  auto sent = read_drake_form(context, request);
   if (!sent) {
     return problem_answer(request, sent.problem());
   }

@@ -7,6 +7,7 @@
 #include "api/answers/job_view.h"
 #include "api/json/errors.h"
 #include "api/json/limits.h"
+#include "core/base/invalid.h"
 #include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/job_answers.h"
@@ -49,10 +50,6 @@ Response waited_answer(const RouteContext& context, const Request& request, cons
   return picture_answer(context, request, job, format, look);
 }
 
-Error at(std::string pointer, std::string detail) {
-  return Error{ErrorCode::kInvalidArgument, std::move(detail), std::move(pointer)};
-}
-
 }  // namespace
 
 std::optional<Response> check_order(const Request& request, const RenderOrder& order) {
@@ -77,8 +74,8 @@ std::optional<Response> find_preset(const RouteContext& context, const Request& 
     return problem_answer(request, preset.problem());
   }
   if (!*preset) {
-    return error_answer(request,
-                        at("/preset", "no light and no preset has the name \"" + name + "\""));
+    return error_answer(
+        request, core::invalid("/preset", "no light and no preset has the name \"" + name + "\""));
   }
   order.uploads.preset_job = (*preset)->job;
   order.is_turntable = (*preset)->is_turntable;
@@ -94,7 +91,8 @@ Rendered render_order(const RouteContext& context, WaitingClients& clients, Requ
     return {problem_answer(request, job.problem())};
   }
   if (!job->spec.has_image) {
-    return {error_answer(request, at("/film", "must not be null: the answer is an image"))};
+    return {
+        error_answer(request, core::invalid("/film", "must not be null: the answer is an image"))};
   }
   if (const auto facts = context.scenes.facts(job->spec.scene, request.access)) {
     // A scene that does not exist is refused below.

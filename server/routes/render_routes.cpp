@@ -12,6 +12,7 @@
 #include "api/json/limits.h"
 #include "api/presets.h"
 #include "api/queries/render_query.h"
+#include "core/base/invalid.h"
 #include "core/base/sha256.h"
 #include "server/config/url_limits.h"
 #include "server/http/form_data.h"
@@ -45,10 +46,6 @@ struct Sent {
   std::string_view job = {};
 };
 
-Error at(std::string pointer, std::string detail) {
-  return Error{ErrorCode::kInvalidArgument, std::move(detail), std::move(pointer)};
-}
-
 /// Sorts the parts of a form. Fields of text are parameters, as those of the query.
 core::Status read_form(std::string_view body, std::string_view content_type, Sent& sent,
                        Request& request) {
@@ -61,7 +58,8 @@ core::Status read_form(std::string_view body, std::string_view content_type, Sen
   const auto take_once = [](auto& place, std::string_view content, const std::string& name) {
     const bool is_first = place == std::decay_t<decltype(place)>{};
     place = content;
-    return is_first ? core::ok_status() : core::Status(at("/" + name, "appears more than once"));
+    return is_first ? core::ok_status()
+                    : core::Status(core::invalid("/" + name, "appears more than once"));
   };
   for (FormPart& part : *parts) {
     const std::string_view content = part.content(body);
@@ -84,10 +82,10 @@ core::Status read_form(std::string_view body, std::string_view content_type, Sen
     } else if (part.name == "environment") {
       taken = take_once(sent.environment, content, part.name);
     } else if (part.name != "file") {
-      taken = at(api::join_pointer("", part.name),
-                 "unknown part; files are scene, environment, file and job");
+      taken = core::invalid(api::join_pointer("", part.name),
+                            "unknown part; files are scene, environment, file and job");
     } else if (part.filename.value_or("").empty()) {
-      taken = at("/file", "needs the name that the scene gives it");
+      taken = core::invalid("/file", "needs the name that the scene gives it");
     } else {
       sent.sides.push_back({.name = *std::move(part.filename), .content = content});
     }
@@ -148,7 +146,7 @@ core::Result<SceneService::Added> add_scene(const RouteContext& context, const R
   const auto* begin = reinterpret_cast<const std::byte*>(sent.scene.data());
   if (!sent.sides.empty()) {
     if (is_zip_archive(sent.scene)) {
-      return at("/file", "a zip contains all files of its scene");
+      return core::invalid("/file", "a zip contains all files of its scene");
     }
     // The sides stay where they are; the scene gets memory of its own.
     auto room = sent.upload.lease.grow(sent.scene.size());
@@ -202,7 +200,8 @@ Response render(const RouteContext& context, WaitingClients& clients, Request& r
     }
     order.uploads.scene = added->id;
   } else if (!sent->sides.empty()) {
-    return error_answer(request, at("/file", "needs the scene's document, the part \"scene\""));
+    return error_answer(request,
+                        core::invalid("/file", "needs the scene's document, the part \"scene\""));
   } else {
     sent->upload = SceneService::Upload({});
   }

@@ -30,7 +30,7 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-Response create(const RouteContext& context, Request& request) {
+Response create_scene(const RouteContext& context, Request& request) {
   const auto query = api::parse_scene_upload_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -75,7 +75,7 @@ Response create(const RouteContext& context, Request& request) {
   return added_answer(request, context.scenes.add_from_assets(*parsed, origin));
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_scenes(const RouteContext& context, Request& request) {
   const auto query = api::parse_scene_list_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -100,7 +100,7 @@ Response list(const RouteContext& context, Request& request) {
   return list_answer(request, api::scene_list_json(scenes, next), next);
 }
 
-Response describe(const RouteContext& context, Request& request) {
+Response describe_scene(const RouteContext& context, Request& request) {
   auto description =
       context.scenes.description(std::string(request.path_param("id")), request.access);
   if (!description) {
@@ -111,7 +111,7 @@ Response describe(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response remove(const RouteContext& context, Request& request) {
+Response remove_scene(const RouteContext& context, Request& request) {
   const std::string id(request.path_param("id"));
   if (context.scenes.builtin_glb(id) != nullptr) {
     return error_answer(request, ErrorCode::kConflict, "a built-in scene cannot be deleted");
@@ -150,11 +150,11 @@ Response gltf(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_scene_handlers(const RouteContext& context, HandlerTable& table) {
-  table["createScene"] = {.handler = &create,
+  table["createScene"] = {.handler = &create_scene,
                           .body = BodyPolicy::stream(context.config.upload_bytes_max)};
-  table["listScenes"] = {.handler = &list};
-  table["getScene"] = {.handler = &describe};
-  table["deleteScene"] = {.handler = &remove};
+  table["listScenes"] = {.handler = &list_scenes};
+  table["getScene"] = {.handler = &describe_scene};
+  table["deleteScene"] = {.handler = &remove_scene};
   table["getSceneGltf"] = {.handler = &gltf};
 }
 

@@ -47,7 +47,7 @@ Response end_session(const RouteContext& context, Request& request) {
   return context.guard.end_session(request);
 }
 
-Response describe(const RouteContext& context, Request& /*request*/) {
+Response describe_server(const RouteContext& context, Request& /*request*/) {
   Response response = json_response(200, api::server_json(context.about));
   response.compressible = true;
   return response;
@@ -106,7 +106,7 @@ void add_system_handlers(const RouteContext& context, HandlerTable& table) {
   for (const char* id : {"getDrain", "startDrain", "endDrain"}) {
     table[id] = {.handler = &drain};
   }
-  table["getServer"] = {.handler = &describe};
+  table["getServer"] = {.handler = &describe_server};
   for (const PageFile& file : page_files()) {
     if (file.path == "/" || file.path == "/docs") {
       table[file.path == "/" ? "getPage" : "getDocs"] = {.handler = file_handler(file)};

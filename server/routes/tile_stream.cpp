@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 /// Size of the pieces in which frames are passed to the HTTP server, at least: a record of TLS. A
 /// client that does not read keeps one in memory.
 constexpr std::size_t kPieceBytes = 16U << 10U;
-constexpr std::chrono::milliseconds kPoll{1000};
+constexpr std::chrono::milliseconds kTilePoll{1000};
 constexpr std::chrono::microseconds kPace{20'000};
 constexpr std::chrono::microseconds kPaceForEach{500};
 /// Marks frames without fireflies in the cache; not a flag of frames.
@@ -104,7 +104,7 @@ void TileStream::run(StreamWriter& writer) {
       return;
     }
     const auto now = Clock::now();
-    job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kPoll, writer.stop_token());
+    job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kTilePoll, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
     const auto pace = kPace + kPaceForEach * parts_.streams.open_count();
     job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace,

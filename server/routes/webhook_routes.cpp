@@ -46,7 +46,7 @@ Response delivery_answer(const RouteContext& context, const Request& request, in
   return response;
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_deliveries(const RouteContext& context, Request& request) {
   const auto query = api::parse_delivery_list_query(request.query_params);
   if (!query) {
     return problem_answer(request, query.problem());
@@ -120,7 +120,7 @@ Response secret(const Request& request, const core::Result<std::string>& made) {
 }  // namespace
 
 void add_webhook_handlers(HandlerTable& table) {
-  table["listDeliveries"] = {.handler = &list};
+  table["listDeliveries"] = {.handler = &list_deliveries};
   table["getDelivery"] = {.handler = &get_delivery};
   table["redeliver"] = {.handler = &redeliver};
   table["testWebhook"] = {

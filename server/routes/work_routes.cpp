@@ -24,7 +24,7 @@ Response without_queue(const Request& request) {
                       "this server has no workers; they need `tessera serve --queue`");
 }
 
-Response list(const RouteContext& context, Request& request) {
+Response list_workers(const RouteContext& context, Request& request) {
   const WorkBoard* board = context.jobs.board();
   auto workers = board == nullptr ? std::vector<api::WorkerView>() : board->workers();
   for (api::WorkerView& worker : workers) {
@@ -35,7 +35,7 @@ Response list(const RouteContext& context, Request& request) {
   return json_response(200, api::worker_list_json(workers));
 }
 
-Response tiles(const RouteContext& context, Request& /*request*/, const JobPointer& job) {
+Response worker_tiles(const RouteContext& context, Request& /*request*/, const JobPointer& job) {
   const WorkBoard* board = context.jobs.board();
   return json_response(200, api::worker_tiles_json(board == nullptr ? std::vector<api::WorkerTile>()
                                                                     : board->tiles_of(*job)));
@@ -195,8 +195,8 @@ Response result(const RouteContext& context, Request& request) {
 
 void add_work_handlers(HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
-  table["listWorkers"] = {.handler = &list};
-  table["listWorkerTiles"] = {.of_job = &tiles};
+  table["listWorkers"] = {.handler = &list_workers};
+  table["listWorkerTiles"] = {.of_job = &worker_tiles};
   table["reportWorker"] = {.handler = &report, .body = json};
   table["getWorkInputs"] = {.handler = &inputs};
   table["getWorkFile"] = {.handler = &file};

@@ -12,7 +12,7 @@ constexpr const char* kNoneUnfinished =
 
 #define TESSERA_BATCH_COLUMNS "SELECT sequence, id, tenant, name, webhook, created_at FROM batches"
 
-core::Result<std::vector<BatchRow>> read_rows(Statement& select) {
+core::Result<std::vector<BatchRow>> read_batches(Statement& select) {
   std::vector<BatchRow> rows;
   while (select.step()) {
     rows.push_back(BatchRow{.sequence = select.integer(0),
@@ -55,7 +55,7 @@ core::Result<BatchRow> BatchTable::find(std::string_view id, const Access& acces
   auto session = database_.session();
   Statement select = session.prepare(TESSERA_BATCH_COLUMNS " WHERE id=?");
   select.bind(id);
-  auto rows = read_rows(select);
+  auto rows = read_batches(select);
   if (!rows) {
     return rows.error();
   }
@@ -98,7 +98,7 @@ core::Result<std::vector<BatchRow>> BatchTable::list(std::optional<std::int64_t>
     select.bind(*tenant);
   }
   select.bind(std::int64_t{limit});
-  return read_rows(select);
+  return read_batches(select);
 }
 
 core::Result<std::vector<BatchRow>> BatchTable::ended(const std::optional<std::string>& job) {
@@ -112,7 +112,7 @@ core::Result<std::vector<BatchRow>> BatchTable::ended(const std::optional<std::s
   if (job) {
     select.bind(*job);
   }
-  return read_rows(select);
+  return read_batches(select);
 }
 
 Status BatchTable::report_end(const BatchRow& batch, const DeliveryRow& delivery) {

@@ -10,7 +10,7 @@ namespace {
   "sequence, id, tenant, job, event, url, receiver, body, state, attempts, created_at, next_at," \
   " ended_at, status, detail"
 
-core::Result<std::vector<DeliveryRow>> read_rows(Statement& select) {
+core::Result<std::vector<DeliveryRow>> read_deliveries(Statement& select) {
   std::vector<DeliveryRow> rows;
   while (select.step()) {
     rows.push_back(DeliveryRow{.sequence = select.integer(0),
@@ -79,7 +79,7 @@ core::Result<std::vector<DeliveryRow>> DeliveryTable::due(double now, int receiv
       "  AND NOT EXISTS (SELECT 1 FROM webhook_deliveries AS e WHERE e.job=d.job AND e.job<>''"
       "   AND e.url=d.url AND e.state='pending' AND e.sequence<d.sequence AND e.next_at>?1)"
       "  GROUP BY receiver)) WHERE place<=?2 ORDER BY next_at, sequence");
-  return read_rows(select.bind(now).bind(std::int64_t{receivers_of_tenant}));
+  return read_deliveries(select.bind(now).bind(std::int64_t{receivers_of_tenant}));
 }
 
 Status DeliveryTable::update(const DeliveryRow& row) {
@@ -113,7 +113,7 @@ core::Result<DeliveryRow> DeliveryTable::find(std::string_view id, const Access&
   auto session = database_.session();
   Statement select =
       session.prepare("SELECT " TESSERA_DELIVERY_COLUMNS " FROM webhook_deliveries WHERE id=?");
-  auto rows = read_rows(select.bind(id));
+  auto rows = read_deliveries(select.bind(id));
   if (!rows) {
     return rows.error();
   }
@@ -145,7 +145,7 @@ core::Result<std::vector<DeliveryRow>> DeliveryTable::list(const DeliveryQuery& 
   if (query.before) {
     select.bind(*query.before);
   }
-  return read_rows(select.bind(std::int64_t{query.limit}));
+  return read_deliveries(select.bind(std::int64_t{query.limit}));
 }
 
 core::Result<std::int64_t> DeliveryTable::pending_count() {

@@ -180,7 +180,7 @@ Status write_new(Database::Session& session, const JobTable::Insertion& job) {
   return write_events(session, row.sequence, job.events);
 }
 
-core::Result<std::vector<JobRow>> read_rows(Statement& select) {
+core::Result<std::vector<JobRow>> read_jobs(Statement& select) {
   std::vector<JobRow> rows;
   while (select.step()) {
     rows.push_back(read_row(select));
@@ -289,7 +289,7 @@ Status JobTable::update(const std::vector<Change>& changes) {
 core::Result<std::optional<JobRow>> JobTable::find(std::string_view id) {
   auto session = database_.session();
   Statement select = session.prepare("SELECT " TESSERA_JOB_COLUMNS " FROM jobs WHERE id=?");
-  auto rows = read_rows(select.bind(id));
+  auto rows = read_jobs(select.bind(id));
   if (!rows) {
     return rows.error();
   }
@@ -300,7 +300,7 @@ core::Result<std::vector<JobRow>> JobTable::list(const JobQuery& query) {
   auto session = database_.session();
   Statement select = session.prepare(job_page_sql(query, TESSERA_JOB_COLUMNS).c_str());
   bind_job_page(select, query);
-  return read_rows(select);
+  return read_jobs(select);
 }
 
 core::Result<std::vector<JobRow>> JobTable::unfinished() {
@@ -309,7 +309,7 @@ core::Result<std::vector<JobRow>> JobTable::unfinished() {
       session.prepare("SELECT " TESSERA_JOB_COLUMNS
                       " FROM jobs WHERE state NOT IN ('finished','failed','cancelled')"
                       " ORDER BY sequence");
-  return read_rows(select);
+  return read_jobs(select);
 }
 
 Status JobTable::remove(std::string_view id) {
@@ -332,7 +332,7 @@ core::Result<std::vector<JobRow>> JobTable::films_oldest_first(int limit) {
   Statement select = session.prepare(
       "SELECT " TESSERA_JOB_COLUMNS
       " FROM jobs WHERE film=1 AND finished_at IS NOT NULL ORDER BY finished_at LIMIT ?");
-  return read_rows(select.bind(std::int64_t{limit}));
+  return read_jobs(select.bind(std::int64_t{limit}));
 }
 
 core::Result<std::vector<EventRow>> JobTable::events_after(std::int64_t job_sequence,

@@ -106,6 +106,14 @@ def arguments_of(command: str):
     return out
 
 
+def sources_of(entry):
+    """The source of a compile command, or those that it combines."""
+    file = pathlib.Path(entry["directory"], entry["file"])
+    if file.parent.name != "Unity":
+        return [file]
+    return re.findall(r'^#include "(.*)"', file.read_text(), re.MULTILINE)
+
+
 def write_database(build: str, roots):
     """Writes compile_commands.json of our sources into a separate folder; returns folder and
     sources."""
@@ -114,14 +122,16 @@ def write_database(build: str, roots):
     here = os.getcwd()
     entries = {}
     for entry in json.loads(said[said.index("["):]):
-        path = os.path.relpath(os.path.join(entry["directory"], entry["file"]), here)
-        is_ours = any(path.startswith(root + "/") for root in roots)
-        if is_ours and path.endswith(".cpp") and path not in entries:
-            entries[path] = {
-                "directory": entry["directory"],
-                "file": os.path.join(here, path),
-                "arguments": arguments_of(entry["command"]),
-            }
+        for file in sources_of(entry):
+            path = os.path.relpath(file, here)
+            is_ours = any(path.startswith(root + "/") for root in roots)
+            if is_ours and path.endswith(".cpp") and path not in entries:
+                command = entry["command"].replace(entry["file"], os.path.join(here, path))
+                entries[path] = {
+                    "directory": entry["directory"],
+                    "file": os.path.join(here, path),
+                    "arguments": arguments_of(command),
+                }
     folder = pathlib.Path(build, "clang_tidy")
     folder.mkdir(exist_ok=True)
     (folder / "compile_commands.json").write_text(json.dumps(list(entries.values())))

@@ -12,6 +12,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "core/base/invalid.h"
 #include "core/image_io/exr_layers.h"
 #include "core/image_io/oiio/oiio.h"
 
@@ -23,8 +24,6 @@ void set_up() {
 }
 
 namespace {
-
-Error invalid(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message), ""}; }
 
 // Returns the library's message as one line, without the made-up file name.
 std::string library_words(std::string text) {

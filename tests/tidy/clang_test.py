@@ -109,7 +109,7 @@ def arguments_of(command: str):
 def sources_of(entry):
     """The source of a compile command, or those that it combines."""
     file = pathlib.Path(entry["directory"], entry["file"])
-    if file.parent.name != "Unity":
+    if file.parent.name != "Unity" or file.suffix != ".cxx":
         return [file]
     return re.findall(r'^#include "(.*)"', file.read_text(), re.MULTILINE)
 

@@ -5,7 +5,7 @@
     tests/api/run.py --binary BINARY [--tests FOLDER] [--jobs N] [...]
 
 PATTERN selects tests whose name contains it; FOLDER holds other tests that use this folder's
-harness. N classes run at a time (2: tests mostly wait), each in a separate process. The last line
+harness. N classes run at a time (4: tests mostly wait), each in a separate process. The last line
 has the counts; exit code 0 only if none failed.
 """
 
@@ -72,7 +72,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--binary")
     parser.add_argument("--tests", default=HERE)
-    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--jobs", type=int, default=4)
     parser.add_argument("rest", nargs="*")
     options = parser.parse_args()
     binary = options.binary or (options.rest.pop(0) if options.rest else "build/release/tessera")

@@ -1,4 +1,4 @@
-// Runs the test files two at a time (most of a test is waiting): node run.mjs [PATTERN...], where
+// Runs the test files four at a time (tests mostly wait): node run.mjs [PATTERN...], where
 // PATTERN selects files whose name contains it. By default Node runs as many files at a time as
 // there are cores, minus one.
 import fs from 'node:fs';
@@ -16,7 +16,7 @@ const files = fs
   .map((name) => path.join(here, name));
 if (!files.length) throw new Error(`no test file is named like ${patterns.join(' or ')}`);
 
-run({ files, concurrency: 2 })
+run({ files, concurrency: 4 })
   .on('test:fail', () => {
     process.exitCode = 1;
   })

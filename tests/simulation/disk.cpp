@@ -40,6 +40,7 @@ struct Name {
 
 struct File {
   std::string path;
+  std::uint64_t size = 0;
   std::vector<Change> unsynced;
 };
 
@@ -69,12 +70,6 @@ File* file_of(int fd) {
   }
   const auto found = disk->open.find(fd);
   return found == disk->open.end() ? nullptr : &disk->files[found->second];
-}
-
-std::uint64_t size_of(int fd) {
-  struct stat info = {};
-  ::fstat(fd, &info);
-  return static_cast<std::uint64_t>(info.st_size);
 }
 
 std::string read_back(int fd, std::uint64_t offset, std::size_t count) {
@@ -110,13 +105,18 @@ bool grows_too_far(std::uint64_t from, std::uint64_t to) {
   return false;
 }
 
-/// Makes a change and keeps it apart. act: makes it.
+/// Makes a change, after which the file has that size, and keeps it apart if it can be lost. act:
+/// makes it.
 template <typename Act>
-auto change(int fd, File& file, Change made, const Act& act) {
-  made.size_before = size_of(fd);
+auto change(int fd, File& file, Change made, std::uint64_t size, const Act& act) {
+  if (!disk->faults.loses_power) {
+    file.size = size;
+    return act();
+  }
+  made.size_before = std::exchange(file.size, size);
+  made.size_after = size;
   made.before = read_back(fd, made.offset, made.after.size());
   const auto result = act();
-  made.size_after = size_of(fd);
   file.unsynced.push_back(std::move(made));
   return result;
 }
@@ -130,14 +130,14 @@ ssize_t write_to(int fd, File& file, const void* bytes, std::size_t count, off_t
     const std::size_t page_end = (at + most) / kPage * kPage;
     count = most == count ? count : page_end > at ? page_end - at : 0;
   }
-  const std::uint64_t size = size_of(fd);
-  if (grows_too_far(size, std::max(size, at + count))) {
+  const std::uint64_t size = count > 0 ? std::max(file.size, at + count) : file.size;
+  if (grows_too_far(file.size, size)) {
     errno = ENOSPC;
     return -1;
   }
   const Change made{.offset = at, .after = std::string(static_cast<const char*>(bytes), count)};
   const ssize_t written =
-      change(fd, file, made, [&] { return real::pwrite(fd, bytes, count, offset); });
+      change(fd, file, made, size, [&] { return real::pwrite(fd, bytes, count, offset); });
   if (ends) {
     end();
   }
@@ -146,7 +146,7 @@ ssize_t write_to(int fd, File& file, const void* bytes, std::size_t count, off_t
 
 int cut(int fd, File& file, off_t size) {
   end_if_due();
-  const std::uint64_t before = size_of(fd);
+  const std::uint64_t before = file.size;
   const auto after = static_cast<std::uint64_t>(size);
   if (grows_too_far(before, after)) {
     errno = ENOSPC;
@@ -155,7 +155,7 @@ int cut(int fd, File& file, off_t size) {
   // What is cut off can come back.
   Change made{.offset = std::min(before, after)};
   made.after.resize(before > after ? before - after : 0);
-  return change(fd, file, made, [&] { return real::ftruncate(fd, size); });
+  return change(fd, file, made, after, [&] { return real::ftruncate(fd, size); });
 }
 
 int sync(int fd, File& file) {
@@ -252,9 +252,11 @@ int open_file(const char* path, int flags, mode_t mode) {
     return fd;
   }
   disk->open[fd] = info.st_ino;
-  disk->files[info.st_ino].path = path;
+  File& file = disk->files[info.st_ino];
+  file.path = path;
+  file.size = static_cast<std::uint64_t>(info.st_size);
   if (is_new) {
-    disk->files[info.st_ino].unsynced.clear();  // Of another file that had the number before.
+    file.unsynced.clear();  // Of another file that had the number before.
     disk->names.push_back({.kind = Name::Kind::kCreated, .path = path});
   }
   return fd;
@@ -340,11 +342,11 @@ int fallocate(int fd, int mode, off_t offset, off_t count) {
     return real::fallocate(fd, mode, offset, count);
   }
   simulation::end_if_due();
-  const std::uint64_t size = simulation::size_of(fd);
+  const std::uint64_t size = file->size;
   const auto from = static_cast<std::uint64_t>(offset);
   const auto most = from < size ? std::min(size - from, static_cast<std::uint64_t>(count)) : 0;
   const simulation::Change made{.offset = from, .after = std::string(most, '\0')};
-  return simulation::change(fd, *file, made,
+  return simulation::change(fd, *file, made, size,
                             [&] { return real::fallocate(fd, mode, offset, count); });
 }
 
@@ -357,7 +359,7 @@ int posix_fallocate(int fd, off_t offset, off_t count) {
   if (file == nullptr) {
     return real::posix_fallocate(fd, offset, count);
   }
-  const auto size = static_cast<off_t>(simulation::size_of(fd));
+  const auto size = static_cast<off_t>(file->size);
   return offset + count <= size || simulation::cut(fd, *file, offset + count) == 0 ? 0 : ENOSPC;
 }
 

@@ -17,6 +17,7 @@
 
 #include "tests/simulation/damage.h"
 #include "tests/simulation/life.h"
+#include "tests/simulation/model.h"
 
 namespace {
 
@@ -27,7 +28,8 @@ using simulation::Ledger;
 using simulation::Life;
 
 constexpr const char* kUsage =
-    "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--trace] [--twice]\n";
+    "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--trace] [--twice]\n"
+    "                  [--real]\n";
 /// Real time after which a life counts as stuck.
 constexpr unsigned kStuckSeconds = 300;
 /// Chances of a flipped bit at each start.
@@ -40,6 +42,7 @@ struct Options {
   double days = 1;
   bool trace = false;
   bool twice = false;
+  bool real = false;  ///< The real renderer renders, which takes longer.
 };
 
 /// Prints where the process died, and dies.
@@ -126,8 +129,8 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
     std::printf("seed %llu, life %llu: %s\n", static_cast<unsigned long long>(seed),
                 static_cast<unsigned long long>(life.number), words_of(status).c_str());
     print_trace(ledger, options.trace ? SIZE_MAX : 40);
-    std::printf("replay: tests/simulation/run --seed %llu --days %g --trace\n",
-                static_cast<unsigned long long>(seed), options.days);
+    std::printf("replay: tests/simulation/run --seed %llu --days %g --trace%s\n",
+                static_cast<unsigned long long>(seed), options.days, options.real ? " --real" : "");
   } else {
     std::printf(
         "seed %llu: %.1f days, %llu lives, %llu jobs, %llu answers\n",
@@ -170,6 +173,9 @@ int main(int count, char** arguments) {
     const char* value = i + 1 < count ? arguments[i + 1] : nullptr;
     if (name == "--trace") {
       options.trace = true;
+    } else if (name == "--real") {
+      options.real = true;
+      simulation::render_really();
     } else if (name == "--twice") {
       options.twice = true;
     } else if (name == "--seed" && value != nullptr) {

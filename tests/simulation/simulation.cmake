@@ -8,8 +8,12 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
     simulation/ledger.cpp
     simulation/life.cpp
     simulation/machine.cpp
-    simulation/main.cpp)
+    simulation/main.cpp
+    simulation/model.cpp)
   set_target_properties(simulation PROPERTIES ENABLE_EXPORTS ON)
+  target_link_options(simulation PRIVATE  # tests/simulation/model.cpp
+    LINKER:--wrap=_ZN4core8Renderer6createENS_4ViewE
+    LINKER:--wrap=_ZN4core6settleB5cxx11ERNS_4ViewERKNS_9StopRulesERKSt10stop_token)
   target_compile_options(simulation PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(simulation PRIVATE tessera_flags server_lib)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

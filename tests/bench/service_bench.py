@@ -80,9 +80,10 @@ def first_pass_seconds(server):
     return first, whole
 
 
-def denoised_seconds(server):
+def denoised_seconds(server, after):
     """Time from POST to the first denoised image, requested as often as by the page; CPU seconds of
-    the server in that time; and the fraction of the following minute spent on further ones."""
+    the server in that time; and the fraction of the `after` seconds that follow spent on further
+    ones."""
     start = time.monotonic()
     start_cpu = server.cpu_seconds()
     job = server.request("POST", "/v1/jobs", {
@@ -104,7 +105,7 @@ def denoised_seconds(server):
     first_cpu = server.cpu_seconds() - start_cpu
     by_revision = {}
     begin = time.monotonic()
-    while time.monotonic() - begin < 60:
+    while time.monotonic() - begin < after:
         picture()
         denoised = server.request("GET", path)["denoised"]
         by_revision[denoised["revision"]] = denoised["seconds"]
@@ -140,9 +141,10 @@ def main():
             f"{values[-1]:.0f} ms worst of {len(values)}, "
             "from POST to bytes read, cornell-box 480x270"
         )
-    first, first_cpu, share, count = denoised_seconds(server)
+    after = 10 if short else 60
+    first, first_cpu, share, count = denoised_seconds(server, after)
     print(f"denoised     {first:.1f} s ({first_cpu:.1f} s of CPU) from POST to the first denoised "
-          f"picture, interior 960x540; {100 * share:.1f} % of the minute after for {count} more")
+          f"picture, interior 960x540; {100 * share:.1f} % of {after} s after for {count} more")
     samples = 32 if short else 256
     ratios = []
     for _ in range(1 if short else 3):  # interleaved: the machine is shared

@@ -395,9 +395,7 @@ core::View lit(const Light& light, std::string_view integrator, int depth) {
 constexpr int kReplicates = 32;
 
 /// Samples of each replicate, which make the errors below. Particles find few of the pixels.
-int samples_of(const core::IntegratorEntry& row) {
-  return row.name == "light-trace" ? 128 : row.splats ? 24 : 16;
-}
+int samples_of(const core::IntegratorEntry& row) { return row.name == "light-trace" ? 128 : 16; }
 
 /// Sums over the lights of a kind, each relative to the light of its reference.
 struct Pool {

@@ -172,7 +172,8 @@ std::vector<Row> rows() {
   for (const core::IntegratorEntry& row : core::integrators()) {
     // `auto` runs one of the others.
     if (row.name != core::kAutomaticIntegrator && row.error != core::ErrorValidity::kByComparison) {
-      out.push_back({.integrator = row.name});
+      // A sample of Metropolis is eight states.
+      out.push_back({.integrator = row.name, .samples = row.name == "mlt" ? 8 : 16});
     }
   }
   out.push_back({"path", "fog", &fog, "path", 8});

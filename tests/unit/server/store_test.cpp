@@ -255,12 +255,14 @@ TEST_F(Store, CommitsAChangeAndItsEventsTogetherOrNotAtAll) {
   EXPECT_EQ(jobs->events_after(1, 0, 0)->size(), 1U);
 }
 
-TEST_F(Store, DeletingAJobDeletesItsEventsAndLabels) {
+TEST_F(Store, DeletingAJobDeletesItsEventsLabelsAndKeys) {
   JobRow row = made_job(1, "a");
   row.labels["x"] = "y";
-  ASSERT_TRUE(jobs->insert(row, {{1, 1, "state", "x"}}, {}));
+  const server::IdempotencyRow key{"k", "hash", "a", 100};
+  ASSERT_TRUE(jobs->insert(row, {{1, 1, "state", "x"}}, key));
   ASSERT_TRUE(jobs->remove("a"));
   EXPECT_FALSE(*jobs->find("a"));
+  EXPECT_FALSE(*jobs->find_key("k"));
   EXPECT_TRUE(jobs->events_after(1, 0, 0)->empty());
   ASSERT_TRUE(jobs->insert(made_job(1, "b"), {{1, 1, "state", "x"}}, {}));
   JobQuery labelled;

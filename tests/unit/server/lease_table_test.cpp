@@ -200,6 +200,17 @@ TEST_F(LeaseTableTest, AWorkersIdBelongsToTheKeyThatReportedItFirst) {
   EXPECT_EQ(table_.hand_back("u", thief, "", now_).error().code, ErrorCode::kForbidden);
 }
 
+TEST_F(LeaseTableTest, OnlyTheHolderOfAUnitAnswersForIt) {
+  report("a");
+  report("b");
+  add("u");
+  ASSERT_EQ(lease("u", "a"), std::nullopt);
+  EXPECT_EQ(table_.held("u", sender("b")).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(table_.begin_result("u", sender("b")).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(table_.hand_back("u", sender("b"), "", now_).error().code, ErrorCode::kConflict);
+  EXPECT_TRUE(table_.begin_result("u", sender("a")));
+}
+
 TEST_F(LeaseTableTest, OneResultIsTakenAtATime) {
   report("a");
   add("u");

@@ -29,8 +29,10 @@
 #include "server/store/scene_table.h"
 #include "server/store/storage_quota.h"
 #include "server/store/uuid.h"
+#include "tests/simulation/broker.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/model.h"
+#include "tests/simulation/workers.h"
 
 namespace simulation {
 namespace {
@@ -57,6 +59,9 @@ constexpr std::string_view kHaze = R"("medium": {"scattering": [0.1, 0.1, 0.1]},
   "estimator": {"splitting": {"type": "none"}}, )";
 constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1},
                                Kind{kPath, kHaze, 33, 1}, Kind{R"("direct")", "", 2, 2}};
+/// Scenes load faster, if they do at all; slow threads and disks included.
+constexpr Nanoseconds kLoadMost = 300 * kSecond;
+constexpr double kWorkers = 0.15;   ///< Share of the lives in which workers render.
 constexpr double kLastKind = 0.02;  ///< With the real renderer.
 constexpr std::array kSamples = {2, 4, 8, 16, 32};
 
@@ -92,7 +97,9 @@ struct Server {
   std::int64_t run = 0;
 
   /// Returns what failed; empty: nothing.
-  std::string start(const std::string& path, std::uint64_t memory_bytes) {
+  /// queue: of workers; null: none.
+  std::string start(const std::string& path, std::uint64_t memory_bytes,
+                    std::shared_ptr<queue::NatsLink> queue) {
     auto opened_data = server::DataDir::open(path);
     if (!opened_data) {
       return opened_data.error().message;
@@ -122,6 +129,8 @@ struct Server {
     server::JobServiceOptions options;
     options.threads = 2;
     options.book.running_max = 3;
+    options.queue = std::move(queue);
+    options.work = Workers::options();
     jobs.emplace(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory},
                  options, run);
     const auto resumed = jobs->resume();
@@ -188,6 +197,9 @@ class World {
   bool is_full_ = false;
   bool was_full_ = false;  ///< Some events are in memory only.
   bool is_draining_ = false;
+  std::optional<std::uint64_t> workers_seed_;  ///< Empty: there are no workers.
+  std::optional<Workers> workers_;
+  bool is_broker_up_ = true;
   std::vector<bool> is_settled_ = std::vector<bool>(kTenants + 1, false);
 };
 
@@ -214,6 +226,11 @@ void World::begin(bool is_quick) {
   if (life_.is_faulty && random.chance(0.1)) {
     stop_at_ = life_.start + static_cast<Nanoseconds>(random.uniform() * 5 * 3600) * kSecond;
   }
+  if (!is_quick && random.chance(kWorkers)) {
+    workers_seed_ = random.next();
+    // Three honest workers that stand still would fail a job.
+    schedule.stall = 0;
+  }
   faults.end = [this, power = faults.loses_power] {
     end(power ? Ending::kPowerLost : Ending::kKilled);
   };
@@ -223,7 +240,8 @@ void World::begin(bool is_quick) {
 
 void World::start() {
   ledger_.note(0, "start " + std::to_string(life_.number));
-  const std::string failed = server_.start(life_.root + "/data", memory_bytes_);
+  const std::string failed = server_.start(life_.root + "/data", memory_bytes_,
+                                           workers_seed_ ? start_broker(*workers_seed_) : nullptr);
   const std::string damage = server_.database ? server_.database->damage() : failed;
   if (life_.expects_damage) {
     if (damage.empty()) {
@@ -471,8 +489,15 @@ void World::act(int tenant, Random& random) {
   }
 }
 
-/// Resumes the tenant's jobs and waits until all have ended.
+/// Cancels the tenant's jobs that do not load, resumes the others and waits until all have ended.
 void World::settle(int tenant) {
+  sleep_for(kLoadMost);
+  for (const std::string& id : ids_of(tenant)) {
+    if (const JobPointer job = look(tenant, id); job && job->state() == JobState::kLoading) {
+      ask(tenant, "cancel", id);
+      note_answer(tenant, "cancel", id, server_.jobs->cancel(job));
+    }
+  }
   for (const std::string& id : ids_of(tenant)) {
     for (bool has_ended = false; !has_ended;) {
       const JobPointer job = look(tenant, id);
@@ -546,6 +571,7 @@ void World::operate(Random& random) {
     spare_process();
   }
   const bool is_faulty = life_.is_faulty && !is_calm();
+  get_stuck_sometimes(is_faulty);
   if (is_full_ ? !is_faulty || random.chance(0.05) : is_faulty && random.chance(0.001)) {
     is_full_ = !is_full_;
     was_full_ = true;
@@ -557,10 +583,22 @@ void World::operate(Random& random) {
     ledger_.note(0, is_draining_ ? "drain" : "drain-ends");
     server_.jobs->set_draining(is_draining_);
   }
+  if (workers_) {
+    set_broker_lossy(is_faulty);
+    if (is_broker_up_ ? is_faulty && random.chance(0.01) : !is_faulty || random.chance(0.3)) {
+      is_broker_up_ = !is_broker_up_;
+      ledger_.note(0, is_broker_up_ ? "queue-up" : "queue-down");
+      set_broker_up(is_broker_up_);
+    }
+  }
 }
 
 void World::play() {
   Random random(life_.seed * 65'537 + life_.number);
+  if (workers_seed_) {
+    workers_.emplace(*server_.jobs->board(), *workers_seed_,
+                     [this] { return !life_.is_faulty || is_calm(); });
+  }
   std::vector<std::thread> tenants;
   for (int tenant = 1; tenant <= kTenants; ++tenant) {
     tenants.emplace_back([this, tenant] { play_tenant(tenant); });
@@ -582,6 +620,14 @@ void World::play() {
   }
   for (std::thread& tenant : tenants) {
     tenant.join();
+  }
+  if (workers_) {
+    workers_->stop();
+    sleep_for(kSecond);
+    ledger_.note(0, "workers " + workers_->counts());
+    if (const std::string words = workers_->check_rest(); !words.empty()) {
+      fail(words);
+    }
   }
   check_rest();
   server_.jobs->stop();

@@ -14,13 +14,18 @@
 #include "core/render/task/pass_plan.h"
 #include "core/render/task/settle.h"
 #include "core/samplers/hash.h"
+#include "tests/simulation/executor.h"
 
 namespace simulation {
 namespace {
 
 using core::View;
 
+/// Chance that a scene never loads: its files are on a machine that does not answer.
+constexpr double kNeverLoads = 0.01;
+
 bool is_real = false;
+bool is_stuck_sometimes = false;
 
 /// Of the seed, the pixel and the sample, in [0, 1).
 float value_at(std::uint64_t seed, int x, int y, int sample) {
@@ -91,11 +96,18 @@ core::Result<std::string> settle(View& view, const core::StopRules& rules,
   if (is_real) {
     return real_settle(view, rules, stop);
   }
+  if (is_stuck_sometimes && randomness().chance(kNeverLoads)) {
+    while (!stop.stop_requested()) {
+      sleep_for(kSecond);
+    }
+    return core::Error{core::ErrorCode::kCancelled, "stopped while measuring", ""};
+  }
   view.measured = core::Measured{};
   return std::string();
 }
 
 void render_really() { is_real = true; }
+void get_stuck_sometimes(bool is_stuck) { is_stuck_sometimes = is_stuck; }
 bool renders_really() { return is_real; }
 
 }  // namespace simulation

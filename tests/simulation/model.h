@@ -8,5 +8,7 @@ namespace simulation {
 void render_really();
 /// Whether the real renderer renders.
 bool renders_really();
+/// Whether some scenes load until they are stopped; not with the real renderer.
+void get_stuck_sometimes(bool is_stuck);
 
 }  // namespace simulation

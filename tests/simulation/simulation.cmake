@@ -2,6 +2,7 @@
 # that it replaces to the shared libraries that it uses; sanitizers replace the same ones.
 if(TARGET server_lib AND NOT TESSERA_SANITIZE)
   add_executable(simulation
+    simulation/broker.cpp
     simulation/damage.cpp
     simulation/disk.cpp
     simulation/executor.cpp
@@ -9,7 +10,8 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
     simulation/life.cpp
     simulation/machine.cpp
     simulation/main.cpp
-    simulation/model.cpp)
+    simulation/model.cpp
+    simulation/workers.cpp)
   set_target_properties(simulation PROPERTIES ENABLE_EXPORTS ON)
   target_link_options(simulation PRIVATE  # tests/simulation/model.cpp
     LINKER:--wrap=_ZN4core8Renderer6createENS_4ViewE

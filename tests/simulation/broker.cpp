@@ -1,0 +1,166 @@
+// Defines what server/queue/nats_link.cpp and units.cpp define, so that these are not linked.
+#include "tests/simulation/broker.h"
+
+#include <algorithm>
+#include <atomic>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "server/queue/units.h"
+
+namespace simulation {
+namespace {
+
+constexpr double kLoss = 0.02;
+constexpr double kDoubling = 0.02;
+
+struct Entry {
+  UnitMessage message;
+  Nanoseconds due = 0;  ///< When a worker may get it.
+};
+
+/// Threads change it in turns: none of its functions waits in between.
+struct Broker {
+  explicit Broker(std::uint64_t seed) : random(seed) {}
+  Random random;
+  bool is_lossy = false;
+  bool is_up = true;
+  std::atomic<std::uint64_t>* generation = nullptr;
+  Nanoseconds silence = kSecond;
+  std::vector<Entry> entries;
+  std::uint64_t last = 0;
+  std::set<std::string> to_report;
+};
+
+Broker* broker = nullptr;
+
+core::Error unreachable() {
+  return {core::ErrorCode::kUnavailable, "no connection to the queue", ""};
+}
+
+Entry* find(const UnitMessage& message) {
+  const auto found =
+      std::find_if(broker->entries.begin(), broker->entries.end(),
+                   [&](const Entry& entry) { return entry.message.number == message.number; });
+  return found == broker->entries.end() ? nullptr : &*found;
+}
+
+void set_due(const UnitMessage& message, Nanoseconds due) {
+  if (Entry* entry = find(message)) {
+    entry->due = due;
+    wake(broker, true);
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<queue::NatsLink> start_broker(std::uint64_t seed) {
+  broker = new Broker(seed);  // Lives as long as the process.
+  return *queue::NatsLink::open({}, "");
+}
+
+void set_broker_lossy(bool is_lossy) { broker->is_lossy = is_lossy; }
+
+void set_broker_up(bool is_up) {
+  if (is_up && !broker->is_up) {
+    broker->entries.clear();
+    ++*broker->generation;
+  }
+  broker->is_up = is_up;
+}
+
+std::optional<UnitMessage> pull_unit(Nanoseconds deadline) {
+  while (now() < deadline) {
+    std::vector<Entry*> due;
+    Nanoseconds next = deadline;
+    for (Entry& entry : broker->entries) {
+      if (entry.due <= now()) {
+        due.push_back(&entry);
+      } else {
+        next = std::min(next, entry.due);
+      }
+    }
+    if (broker->is_up && !due.empty()) {
+      Entry& chosen = *due[broker->random.below(due.size())];
+      chosen.due = now() + broker->silence;
+      return chosen.message;
+    }
+    wait(broker, broker->is_up ? next : deadline);
+  }
+  return std::nullopt;
+}
+
+void renew_unit(const UnitMessage& message) { set_due(message, now() + broker->silence); }
+
+void finish_unit(const UnitMessage& message) {
+  std::erase_if(broker->entries,
+                [&](const Entry& entry) { return entry.message.number == message.number; });
+}
+
+void hand_unit_back(const UnitMessage& message) { set_due(message, now()); }
+
+void await_report_request(const std::string& worker, Nanoseconds deadline) {
+  while (broker->to_report.erase(worker) == 0 && now() < deadline) {
+    wait(&broker->to_report, deadline);
+  }
+}
+
+}  // namespace simulation
+
+namespace queue {
+
+using simulation::broker;
+
+struct NatsLink::Handles {};
+
+core::Result<std::shared_ptr<NatsLink>> NatsLink::open(const Address& /*address*/,
+                                                       const std::string& /*name*/) {
+  std::shared_ptr<NatsLink> link(new NatsLink());
+  broker->generation = &link->generation_;
+  return link;
+}
+
+NatsLink::~NatsLink() = default;
+
+bool NatsLink::is_connected() const { return broker->is_up; }
+
+core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
+  if (!broker->is_up) {
+    return simulation::unreachable();
+  }
+  broker->entries.clear();
+  broker->silence = std::chrono::nanoseconds(silence).count();
+  return core::ok_status();
+}
+
+core::Status UnitPublisher::publish(std::string_view unit) {
+  if (!broker->is_up) {
+    return simulation::unreachable();
+  }
+  const double draw = broker->is_lossy ? broker->random.uniform() : 1;
+  const int copies = draw < simulation::kLoss                           ? 0
+                     : draw < simulation::kLoss + simulation::kDoubling ? 2
+                                                                        : 1;
+  for (int i = 0; i < copies; ++i) {
+    broker->entries.push_back({{std::string(unit), ++broker->last}, simulation::now()});
+  }
+  simulation::wake(broker, true);
+  return core::ok_status();
+}
+
+core::Result<std::uint64_t> UnitPublisher::messages() {
+  if (!broker->is_up) {
+    return simulation::unreachable();
+  }
+  return static_cast<std::uint64_t>(broker->entries.size());
+}
+
+void UnitPublisher::request_report(const std::string& worker) {
+  if (broker->is_up && !(broker->is_lossy && broker->random.chance(simulation::kLoss))) {
+    broker->to_report.insert(worker);
+    simulation::wake(&broker->to_report, true);
+  }
+}
+
+}  // namespace queue

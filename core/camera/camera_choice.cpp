@@ -102,8 +102,15 @@ Result<const CameraDescription*> chosen_camera(const CameraSettings& settings,
       }
     }
     std::string names;
+    int nameless = 0;
     for (const CameraDescription& camera : cameras) {
-      names += (names.empty() ? "" : ", ") + ("'" + camera.name + "'");
+      nameless += camera.name.empty() ? 1 : 0;
+      names += camera.name.empty() ? "" : (names.empty() ? "'" : ", '") + camera.name + "'";
+    }
+    if (nameless > 0) {
+      names += (names.empty() ? "" : " and ") + std::to_string(nameless) +
+               " without a name, which have an index from 0 to " +
+               std::to_string(cameras.size() - 1);
     }
     return Error{ErrorCode::kInvalidArgument,
                  "the scene has no camera '" + *settings.name + "'; it has " +

@@ -77,6 +77,19 @@ void apply_morph_targets(GltfPrimitive& primitive, std::span<const float> weight
   }
 }
 
+std::size_t without_joints(const GltfPrimitive& primitive) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < primitive.base.positions.size(); ++v) {
+    const bool follows = std::any_of(primitive.joint_sets.begin(), primitive.joint_sets.end(),
+                                     [v](const JointSet& set) {
+                                       const Vec4 w = set.weights[v];
+                                       return w.x > 0 || w.y > 0 || w.z > 0 || w.w > 0;
+                                     });
+    count += follows ? 0 : 1;
+  }
+  return count;
+}
+
 Status apply_skin(GltfPrimitive& primitive, std::span<const Transform> joint_matrices,
                   const std::string& where) {
   for (std::size_t set = 0; set < primitive.joint_sets.size(); ++set) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -205,6 +206,44 @@ Status mend_meshes(Json& root, GltfRepairs& repairs) {
   return ok_status();
 }
 
+/// Gives the object as many weights as there are morph targets.
+Status mend_weights(Json& object, std::size_t targets, const std::string& where,
+                    GltfRepairs& repairs) {
+  Json* const weights = array_in(object, "weights");
+  const std::size_t count = weights == nullptr ? targets : weights->size();
+  if (count == targets) {
+    return ok_status();
+  }
+  weights->get_ref<Json::array_t&>().resize(targets, 0);
+  return repairs.mended(
+      count < targets ? "missing" : "left_out", where + "/weights",
+      "there must be as many weights as morph targets, " + std::to_string(targets) + ", not " +
+          std::to_string(count),
+      count < targets ? "those of the last targets are 0" : "the last weights are left out");
+}
+
+/// Those of nodes count instead of those of their mesh.
+Status mend_all_weights(Json& root, GltfRepairs& repairs) {
+  Json* const meshes = array_in(root, "meshes");
+  Json* const nodes = array_in(root, "nodes");
+  const auto targets_of = [](const Json& mesh) {
+    const Json::json_pointer first("/primitives/0/targets");  // a mesh that is left out has none
+    return mesh.contains(first) ? mesh.at(first).size() : 0;
+  };
+  Status status = ok_status();
+  for (std::size_t m = 0; status && meshes != nullptr && m < meshes->size(); ++m) {
+    status = mend_weights((*meshes)[m], targets_of((*meshes)[m]), pointer_of("meshes", m), repairs);
+  }
+  for (std::size_t n = 0; status && nodes != nullptr && n < nodes->size(); ++n) {
+    Json& node = (*nodes)[n];
+    const auto mesh = node.value("mesh", std::numeric_limits<std::size_t>::max());
+    if (meshes != nullptr && mesh < meshes->size()) {
+      status = mend_weights(node, targets_of((*meshes)[mesh]), pointer_of("nodes", n), repairs);
+    }
+  }
+  return status;
+}
+
 Status mend_spots(Json& root, GltfRepairs& repairs) {
   const Json::json_pointer place("/extensions/KHR_lights_punctual/lights");
   if (!root.contains(place)) {
@@ -358,6 +397,7 @@ Status mend_document(GltfJson& root, GltfTables& tables, GltfRepairs& repairs) {
   Status status = mend_cameras(root, tables, repairs);
   status = status ? mend_materials(root, repairs) : status;
   status = status ? mend_meshes(root, repairs) : status;
+  status = status ? mend_all_weights(root, repairs) : status;
   status = status ? mend_spots(root, repairs) : status;
   if (!status || repairs.is_strict()) {
     return status;  // Strict reading refuses the others later.

@@ -98,7 +98,14 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     primitive.base.id = first_id + static_cast<std::uint32_t>(i);
     apply_morph_targets(primitive, use.weights);
     if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
-      if (auto status = apply_skin(primitive, use.joint_matrices, where); !status) {
+      Status status = ok_status();
+      if (const std::size_t loose = without_joints(primitive); loose > 0) {
+        status = repairs_.mended("missing", where + "/attributes/WEIGHTS_0",
+                                 std::to_string(loose) + " vertices have only weights of 0",
+                                 "they follow the skin's first joint");
+      }
+      status = status ? apply_skin(primitive, use.joint_matrices, where) : status;
+      if (!status) {
         return status.error();
       }
     } else if (use.baked != nullptr) {

@@ -207,8 +207,10 @@ class Shutter {
   Status check_lights(const SceneDescription& then) const {
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (i >= then.lights.size() || !is_same(scene_.lights[i].to_world, then.lights[i].to_world)) {
-        return refused("the light '" + scene_.lights[i].name +
-                       "' moves while the shutter is open; only emissive meshes may move");
+        return refused(
+            "the light '" + scene_.lights[i].name +
+            "' moves while the shutter is open; let an emissive mesh take its place, or " +
+            "close the shutter with 0 seconds");
       }
     }
     return ok_status();

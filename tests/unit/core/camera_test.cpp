@@ -421,6 +421,13 @@ TEST(Camera, ReportsInvalidSettings) {
   CameraSettings s;
   s.name = "back";
   EXPECT_EQ(where(s), "/camera/name");
+  const auto reason = [&s](const std::vector<CameraDescription>& some) {
+    return Camera::create(s, some, unit_box(), 10, 10).error().message;
+  };
+  EXPECT_EQ(reason(cameras), "the scene has no camera 'back'; it has 'front', 'flat'");
+  EXPECT_EQ(reason({file, {}, {}}),
+            "the scene has no camera 'back'; it has 'front' and 2 without a name, which have an "
+            "index from 0 to 2");
   s = {};
   s.index = 2;
   EXPECT_EQ(where(s), "/camera/index");

@@ -86,6 +86,30 @@ TEST(GltfSkin, RefusesAJointOutsideTheSkin) {
   expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/JOINTS_0");
 }
 
+TEST(GltfSkin, VerticesWithoutWeightFollowTheFirstJointWithAWarning) {
+  core::GlbWriter writer;
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  const int joints = accessor(writer, std::vector<std::uint8_t>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0},
+                              kU8, "VEC4", 4);
+  const int weights =
+      accessor(writer, std::vector<float>{0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, kF32, "VEC4", 4);
+  add_primitive(writer,
+                "\"attributes\":{\"POSITION\":" + number(positions) +
+                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
+                "\"skin\":0");
+  writer.add("nodes", R"({"translation":[0,0,10]})");
+  writer.add("nodes", R"({"translation":[0,0,20]})");
+  writer.add("skins", R"({"joints":[1,2]})");
+  const auto scene = load(writer);
+  const auto p = only_primitive(scene);
+  EXPECT_EQ(p.positions.at(0).z, 10);
+  EXPECT_EQ(p.positions.at(1).z, 20);
+  ASSERT_EQ(scene->warnings.size(), 1U);
+  EXPECT_EQ(scene->warnings[0].text(),
+            "/meshes/0/primitives/0/attributes/WEIGHTS_0: 2 vertices have only weights of 0; they "
+            "follow the skin's first joint");
+}
+
 // Two keys, at 1 s and 3 s, on the translation of the triangle's node.
 core::Bytes animated(const char* interpolation, const std::vector<float>& values) {
   core::GlbWriter writer;

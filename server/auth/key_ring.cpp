@@ -58,7 +58,7 @@ bool KeyRing::is_needed() {
   }
   const core::MutexLock lock(mutex_);
   refresh();
-  return !rows_.empty();
+  return !is_read_ || !rows_.empty();  // Unread keys may exist.
 }
 
 std::optional<Holder> KeyRing::holder_of_hash(std::string_view hash) {

@@ -39,7 +39,8 @@ class KeyRing {
   /// config and table must outlive it.
   KeyRing(const LiveConfig& config, KeyTable& table, Watcher watcher = {});
 
-  /// Returns whether a key is required; false on loopback when no key exists.
+  /// Returns whether a key is required; false on loopback when no key exists. Until the stored keys
+  /// have been read once, one is required.
   bool is_needed();
   /// hash: secret_hash() of the key.
   std::optional<Holder> holder_of_hash(std::string_view hash);

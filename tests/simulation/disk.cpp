@@ -55,6 +55,7 @@ struct State {
   std::map<ino_t, File> files;
   std::vector<Name> names;
   std::uint64_t removed = 0;
+  bool is_unreadable = false;
   std::optional<std::uint64_t> room;  ///< Bytes that files may grow by; empty: not full.
 };
 
@@ -284,6 +285,8 @@ void set_disk_full(bool is_full) {
   disk->room = is_full ? std::optional<std::uint64_t>(0) : std::nullopt;
 }
 
+void set_disk_unreadable(bool is_unreadable) { disk->is_unreadable = is_unreadable; }
+
 std::uint64_t disk_operations() { return disk->operations; }
 
 }  // namespace simulation
@@ -322,6 +325,18 @@ ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) {
   simulation::File* file = file_of(fd);
   return file != nullptr ? simulation::write_to(fd, *file, bytes, count, offset)
                          : real::pwrite(fd, bytes, count, offset);
+}
+
+ssize_t pread(int fd, void* bytes, size_t count, off_t offset) {
+  if (file_of(fd) != nullptr && disk->is_unreadable) {
+    errno = EIO;
+    return -1;
+  }
+  return real::pread(fd, bytes, count, offset);
+}
+
+ssize_t pread64(int fd, void* bytes, size_t count, off64_t offset) {
+  return pread(fd, bytes, count, offset);
 }
 
 ssize_t pwrite64(int fd, const void* bytes, size_t count, off64_t offset) {

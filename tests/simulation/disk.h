@@ -33,6 +33,8 @@ void lose_power();
 void spare_process();
 /// While the disk is full, files cannot grow beyond the space that others have freed meanwhile.
 void set_disk_full(bool is_full);
+/// While it is unreadable, reading a file fails.
+void set_disk_unreadable(bool is_unreadable);
 /// Number of operations so far.
 std::uint64_t disk_operations();
 

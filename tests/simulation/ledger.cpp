@@ -67,6 +67,18 @@ void Ledger::apply(const std::string& line) {
   }
   if (verb == "fresh") {
     jobs_.clear();
+    keys_.clear();
+    return;
+  }
+  if (verb.ends_with("key")) {
+    in >> id;
+    KnownKey& key = keys_[id];
+    if (verb == "ask-add-key") {
+      in >> key.hash;
+    }
+    key.is_there = verb == "ok-add-key"      ? std::optional(true)
+                   : verb == "ok-remove-key" ? std::optional(false)
+                                             : std::nullopt;
     return;
   }
   if (!(in >> id) || id.size() != 36) {  // Of no job.

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +29,11 @@ struct KnownJob {
   std::uint64_t events_hash = 0;
 };
 
+struct KnownKey {
+  std::string hash;
+  std::optional<bool> is_there = {};  ///< As was acknowledged; empty: unknown.
+};
+
 class Ledger {
  public:
   /// path: of the file to which lines are added.
@@ -39,6 +45,7 @@ class Ledger {
   void catch_up();
 
   std::map<std::string, KnownJob>& jobs() { return jobs_; }
+  const std::map<std::string, KnownKey>& keys() const { return keys_; }
   /// Digest of an undisturbed film; empty: unknown.
   std::string digest(int kind, int samples) const;
   /// Returns the last lines of the trace.
@@ -55,6 +62,7 @@ class Ledger {
   std::int64_t read_ = 0;  ///< Bytes of the file that are applied.
   std::int64_t time_ = 0;
   std::map<std::string, KnownJob> jobs_;
+  std::map<std::string, KnownKey> keys_;
   std::map<std::pair<int, int>, std::string> digests_;
   std::map<std::string, std::uint64_t> counts_;
 };

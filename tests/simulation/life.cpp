@@ -16,6 +16,8 @@
 
 #include "api/job/job_spec.h"
 #include "api/json/error_codes.h"
+#include "server/auth/key_ring.h"
+#include "server/config/live_config.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/log.h"
 #include "server/observe/memory_gate.h"
@@ -26,6 +28,7 @@
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
 #include "server/store/job_table.h"
+#include "server/store/key_table.h"
 #include "server/store/scene_table.h"
 #include "server/store/storage_quota.h"
 #include "server/store/uuid.h"
@@ -89,6 +92,9 @@ struct Server {
   std::optional<server::BlobStore> blobs;
   std::optional<server::Assets> assets;
   std::optional<server::JobTable> table;
+  std::optional<server::KeyTable> key_table;
+  server::LiveConfig config{server::Config{}};
+  std::optional<server::KeyRing> keys;
   std::optional<server::SceneTable> scene_table;
   std::optional<server::StorageQuota> quota;
   std::optional<server::MemoryGate> memory;
@@ -96,10 +102,8 @@ struct Server {
   std::optional<server::JobService> jobs;
   std::int64_t run = 0;
 
-  /// Returns what failed; empty: nothing.
-  /// queue: of workers; null: none.
-  std::string start(const std::string& path, std::uint64_t memory_bytes,
-                    std::shared_ptr<queue::NatsLink> queue) {
+  /// Opens the data directory. Returns what failed; empty: nothing.
+  std::string open(const std::string& path) {
     auto opened_data = server::DataDir::open(path);
     if (!opened_data) {
       return opened_data.error().message;
@@ -117,8 +121,14 @@ struct Server {
     blobs.emplace(*std::move(store));
     assets.emplace(*database, *blobs);
     table.emplace(*database);
+    key_table.emplace(*database);
     scene_table.emplace(*database);
     quota.emplace(*database, server::StorageLimits{});
+    return "";
+  }
+
+  /// Resumes the jobs, likewise. workers: their seed; empty: there are none.
+  std::string start(std::uint64_t memory_bytes, std::optional<std::uint64_t> workers) {
     memory.emplace(memory_bytes);
     scenes.emplace(*assets, *scene_table, *quota, *memory, server::SceneServiceOptions{});
     const auto number = table->next_run();
@@ -129,8 +139,11 @@ struct Server {
     server::JobServiceOptions options;
     options.threads = 2;
     options.book.running_max = 3;
-    options.queue = std::move(queue);
-    options.work = Workers::options();
+    if (workers) {
+      options.queue = start_broker(*workers);
+      options.work = Workers::options(*workers);
+      options.render_threads = options.work.has_local_threads ? 1 : 0;
+    }
     jobs.emplace(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory},
                  options, run);
     const auto resumed = jobs->resume();
@@ -185,6 +198,8 @@ class World {
   Nanoseconds time_of_shift() const { return now() % kShift; }
   bool is_calm() const { return time_of_shift() >= kCalm; }
   void operate(Random& random);
+  void check_keys(bool is_unreadable);
+  void use_keys(Random& random);
   void settle(int tenant);
   void check_rest();
 
@@ -240,14 +255,12 @@ void World::begin(bool is_quick) {
 
 void World::start() {
   ledger_.note(0, "start " + std::to_string(life_.number));
-  const std::string failed = server_.start(life_.root + "/data", memory_bytes_,
-                                           workers_seed_ ? start_broker(*workers_seed_) : nullptr);
+  std::string failed = server_.open(life_.root + "/data");
   const std::string damage = server_.database ? server_.database->damage() : failed;
   if (life_.expects_damage) {
     if (damage.empty()) {
       fail("a damaged log was not noticed");
     }
-    ledger_.note(0, "fresh");
     end(Ending::kStopped);
   }
   if (!failed.empty()) {
@@ -256,6 +269,51 @@ void World::start() {
   if (!damage.empty()) {
     fail("damage without a cause: " + damage);
   }
+  // Only keys are read then.
+  const bool is_unreadable = life_.is_faulty && randomness().chance(0.3);
+  set_disk_unreadable(is_unreadable);
+  server_.keys.emplace(server_.config, *server_.key_table);
+  check_keys(is_unreadable);
+  set_disk_unreadable(false);
+  failed = server_.start(memory_bytes_, workers_seed_);
+  if (!failed.empty()) {
+    fail("the server does not resume: " + failed);
+  }
+}
+
+/// is_unreadable: the keys cannot be read, so none is accepted.
+void World::check_keys(bool is_unreadable) {
+  for (const auto& [id, key] : ledger_.keys()) {
+    if (key.is_there == true && !server_.keys->is_needed()) {
+      fail("there are keys, and none is required");
+    }
+    if (key.is_there && (!is_unreadable || !*key.is_there) &&
+        server_.keys->holder_of_hash(key.hash).has_value() != *key.is_there) {
+      fail("key " + id + (*key.is_there ? " is not accepted" : " was removed and is accepted"));
+    }
+  }
+}
+
+void World::use_keys(Random& random) {
+  const auto& known = ledger_.keys();
+  std::string id;
+  std::string verb = "add-key ";
+  core::Status done = core::ok_status();
+  if (known.size() < 2 || random.chance(0.5)) {
+    const server::KeyRow row = server::make_key("key").row;
+    id = row.id;
+    ledger_.note(0, "ask-" + verb + id + " " + row.token_hash);
+    done = server_.key_table->insert(row);
+  } else {
+    id = std::next(known.begin(), static_cast<std::ptrdiff_t>(random.below(known.size())))->first;
+    verb = "remove-key ";
+    ledger_.note(0, "ask-" + verb + id);
+    const auto removed = server_.key_table->remove(id);
+    done = removed ? core::ok_status() : core::Status(removed.error());
+  }
+  ledger_.note(0, (done ? "ok-" : "no-") + verb + id);
+  sleep_for(2 * kSecond);  // The ring reads them again each second.
+  check_keys(false);
 }
 
 std::vector<std::string> World::ids_of(int tenant) {
@@ -582,6 +640,9 @@ void World::operate(Random& random) {
     is_draining_ = !is_draining_;
     ledger_.note(0, is_draining_ ? "drain" : "drain-ends");
     server_.jobs->set_draining(is_draining_);
+  }
+  if (random.chance(0.02)) {
+    use_keys(random);
   }
   if (workers_) {
     set_broker_lossy(is_faulty);

@@ -122,6 +122,7 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
     if (life.expects_damage) {  // What was acknowledged may be lost.
       std::filesystem::remove_all(life.root);
       std::filesystem::create_directories(life.root);
+      ledger.note(0, "fresh");
     }
     damage(life, ledger);
   }

@@ -22,9 +22,11 @@ enum class Character { kHonest, kFleeting, kSick, kLiar };
 
 namespace {
 
+constexpr const char* kBuild = "simulation";
+constexpr const char* kArithmetic = "simulated/64";
 constexpr double kLeaseSeconds = 15;
 constexpr double kLoss = 0.01;
-constexpr double kDoubling = 0.01;
+constexpr double kDoubling = 0.1;
 constexpr double kTravelMean = 0.02 * kSecond;
 constexpr Nanoseconds kTimeout = 5 * kSecond;
 /// As in clients/worker/worker.cpp.
@@ -37,6 +39,16 @@ constexpr double kGoneMean = 60.0 * kSecond;
 /// Wrong results that were taken, after which the worker must have been found out: the jobs of some
 /// are cancelled before.
 constexpr int kLiesMost = 20;
+
+std::vector<Character> draw_characters(Random& random) {
+  std::vector<Character> characters = {Character::kHonest, Character::kHonest};
+  for (const Character each : {Character::kFleeting, Character::kSick, Character::kLiar}) {
+    if (random.chance(0.6)) {
+      characters.push_back(each);
+    }
+  }
+  return characters;
+}
 
 }  // namespace
 
@@ -133,8 +145,8 @@ void Worker::report() {
   while (!has_stopped_) {
     cut_network();
     api::WorkerReport report;
-    report.build = Workers::options().build;
-    report.arithmetic = Workers::options().arithmetic;
+    report.build = kBuild;
+    report.arithmetic = kArithmetic;
     report.draining = is_stopping_;
     if (held_) {
       renew_unit(*held_);
@@ -239,12 +251,7 @@ core::Status Worker::deliver(const std::string& unit, const std::string& result)
 Workers::Workers(WorkBoard& board, std::uint64_t seed, std::function<bool()> is_calm)
     : board_(board) {
   Random random(seed);
-  std::vector<Character> characters = {Character::kHonest, Character::kHonest};
-  for (const Character each : {Character::kFleeting, Character::kSick, Character::kLiar}) {
-    if (random.chance(0.6)) {
-      characters.push_back(each);
-    }
-  }
+  const std::vector<Character> characters = draw_characters(random);
   for (const Character each : characters) {
     workers_.push_back(std::make_unique<Worker>(board, each, random.next(), is_calm));
   }
@@ -252,12 +259,19 @@ Workers::Workers(WorkBoard& board, std::uint64_t seed, std::function<bool()> is_
 
 Workers::~Workers() = default;
 
-server::WorkOptions Workers::options() {
-  // Results that nobody verifies may be wrong, so all are verified.
-  return {.lease_seconds = kLeaseSeconds,
-          .build = "simulation",
-          .arithmetic = "simulated/64",
-          .verify_share = 1};
+server::WorkOptions Workers::options(std::uint64_t seed) {
+  Random random(seed);
+  const std::vector<Character> characters = draw_characters(random);
+  server::WorkOptions options;
+  options.lease_seconds = kLeaseSeconds;
+  options.build = kBuild;
+  options.arithmetic = kArithmetic;
+  options.has_local_threads = random.chance(0.3);
+  // Results of a liar that nobody verifies are taken.
+  const bool has_liar =
+      std::find(characters.begin(), characters.end(), Character::kLiar) != characters.end();
+  options.verify_share = has_liar ? 1.0F : 0.0F;
+  return options;
 }
 
 void Workers::stop() {

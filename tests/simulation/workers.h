@@ -27,7 +27,8 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  static server::WorkOptions options();
+  /// Options of the coordinator of these workers.
+  static server::WorkOptions options(std::uint64_t seed);
   /// Lets all end what they do. Pre: it is calm.
   void stop();
   /// Returns what does not hold; empty: everything holds. Pre: stopped, and every job has ended.

@@ -63,6 +63,17 @@ int status_of(const Guard& guard, Request asked) {
   return answer ? answer->status : 0;
 }
 
+TEST(Guard, AKeyIsRequiredWhileTheStoredOnesCannotBeRead) {
+  const test_support::TemporaryFolder folder;
+  const auto database = *server::Database::open(folder.file("test.db"));
+  server::KeyTable keys(*database);
+  const server::LiveConfig config{Config{}};
+  ASSERT_TRUE(database->session().execute("ALTER TABLE keys RENAME TO hidden"));
+  EXPECT_TRUE(server::KeyRing(config, keys).is_needed());
+  ASSERT_TRUE(database->session().execute("ALTER TABLE hidden RENAME TO keys"));
+  EXPECT_FALSE(server::KeyRing(config, keys).is_needed());  // There is none.
+}
+
 TEST(Guard, AcceptsLoopbackAndConfiguredHosts) {
   Config config;
   config.hosts = {"render.example"};

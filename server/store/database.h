@@ -107,8 +107,9 @@ class Database {
     Session session(*this);
     core::Status done = commit(session, work);
     const bool is_full = !done && done.error().code == core::ErrorCode::kNoSpace;
-    if (is_full && spend == Spend::kReserve && make_room(session)) {
-      done = commit(session, work);
+    if (is_full && spend == Spend::kReserve) {
+      const DiskReserve::Spending spending(reserve_);
+      done = make_room(session) ? commit(session, work) : done;
     }
     return done;
   }

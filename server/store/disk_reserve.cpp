@@ -24,6 +24,9 @@ bool DiskReserve::take() {
   if (is_taken_) {
     return true;
   }
+  if (is_spent_) {
+    return false;
+  }
   const auto space = disk_space(std::filesystem::path(path_).parent_path().string());
   const auto file = open_file(path_, O_RDWR | O_CREAT);
   if (!space || !file) {

@@ -20,10 +20,24 @@ class DiskReserve {
   bool give_up();
   bool is_taken() const { return is_taken_; }
 
+  /// take() fails while an object of this class lives, so that nobody takes the space back before
+  /// it was used.
+  class Spending {
+   public:
+    explicit Spending(DiskReserve& reserve) : reserve_(reserve) { reserve_.is_spent_ = true; }
+    ~Spending() { reserve_.is_spent_ = false; }
+    Spending(const Spending&) = delete;
+    Spending& operator=(const Spending&) = delete;
+
+   private:
+    DiskReserve& reserve_;
+  };
+
  private:
   const std::string path_;
   core::Mutex mutex_;
   std::atomic<bool> is_taken_ = false;
+  std::atomic<bool> is_spent_ = false;
 };
 
 }  // namespace server

@@ -111,4 +111,20 @@ TEST(DiskReserve, ReleasesAndReacquiresItsSpace) {
   EXPECT_TRUE(reserve.take());
 }
 
+TEST(DiskReserve, NobodyTakesItBackBeforeTheTransactionThatNeedsItEnds) {
+  const test_support::TemporaryFolder folder;
+  const auto database = *server::Database::open(folder.file("test.db"));
+  int attempts = 0;
+  const auto work = [&](server::Database::Session&) -> core::Status {
+    if (++attempts == 1) {
+      return core::Error{core::ErrorCode::kNoSpace, "", ""};
+    }
+    EXPECT_FALSE(database->reserve().take());
+    return core::ok_status();
+  };
+  EXPECT_TRUE(database->transact(work));
+  EXPECT_EQ(attempts, 2);
+  EXPECT_TRUE(database->reserve().take());
+}
+
 }  // namespace

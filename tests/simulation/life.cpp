@@ -549,6 +549,15 @@ void World::act(int tenant, Random& random) {
 
 /// Cancels the tenant's jobs that do not load, resumes the others and waits until all have ended.
 void World::settle(int tenant) {
+  // A job that was paused while its scene loads keeps its place.
+  for (const std::string& id : ids_of(tenant)) {
+    if (const JobPointer job = look(tenant, id); job && job->state() == JobState::kPaused) {
+      ask(tenant, "resume", id);
+      note_answer(tenant, "resume", id,
+                  server_.jobs->patch(job, R"({"paused": false})", std::nullopt,
+                                      Access::of(access_name(tenant))));
+    }
+  }
   sleep_for(kLoadMost);
   for (const std::string& id : ids_of(tenant)) {
     if (const JobPointer job = look(tenant, id); job && job->state() == JobState::kLoading) {

@@ -1,10 +1,12 @@
 // Plays lives of a server, each in a process of its own, until the days are over or an invariant
 // does not hold.
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -29,7 +31,7 @@ using simulation::Life;
 
 constexpr const char* kUsage =
     "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--trace] [--twice]\n"
-    "                  [--real]\n";
+    "                  [--real] [--fresh SECONDS]\n";
 /// Real time after which a life counts as stuck.
 constexpr unsigned kStuckSeconds = 300;
 /// Chances of a flipped bit at each start.
@@ -40,6 +42,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::uint64_t seeds = 1;
   double days = 1;
+  double fresh_seconds = 0;  ///< Seeds that follow from the time are played for so long; 0: not.
   bool trace = false;
   bool twice = false;
   bool real = false;  ///< The real renderer renders, which takes longer.
@@ -183,6 +186,9 @@ int main(int count, char** arguments) {
       options.seed = std::strtoull(arguments[++i], nullptr, 10);
     } else if (name == "--seeds" && value != nullptr) {
       options.seeds = std::strtoull(arguments[++i], nullptr, 10);
+    } else if (name == "--fresh" && value != nullptr) {
+      options.fresh_seconds = std::strtod(arguments[++i], nullptr);
+      options.seed = static_cast<std::uint64_t>(std::time(nullptr));
     } else if (name == "--days" && value != nullptr) {
       options.days = std::strtod(arguments[++i], nullptr);
     } else {
@@ -195,7 +201,13 @@ int main(int count, char** arguments) {
   const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
                       ("tessera-simulation-" + std::to_string(::getpid()));
   std::uint64_t failed = 0;
-  for (std::uint64_t i = 0; i < options.seeds && failed == 0; ++i) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto goes_on = [&](std::uint64_t played) {
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds
+                                     : played < options.seeds;
+  };
+  for (std::uint64_t i = 0; failed == 0 && goes_on(i); ++i) {
     failed += play_seed(options.seed + i, options, folder) ? 0U : 1U;
     if (options.twice && failed == 0) {
       const auto lines = Ledger((folder / "trace").string()).last_lines(SIZE_MAX);

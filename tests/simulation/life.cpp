@@ -549,9 +549,11 @@ void World::act(int tenant, Random& random) {
 
 /// Cancels the tenant's jobs that do not load, resumes the others and waits until all have ended.
 void World::settle(int tenant) {
-  // A job that was paused while its scene loads keeps its place.
+  // A job that was paused while its scene loads goes on loading, and is queued when it is resumed.
+  std::vector<std::string> resumed;
   for (const std::string& id : ids_of(tenant)) {
     if (const JobPointer job = look(tenant, id); job && job->state() == JobState::kPaused) {
+      resumed.push_back(id);
       ask(tenant, "resume", id);
       note_answer(tenant, "resume", id,
                   server_.jobs->patch(job, R"({"paused": false})", std::nullopt,
@@ -560,7 +562,10 @@ void World::settle(int tenant) {
   }
   sleep_for(kLoadMost);
   for (const std::string& id : ids_of(tenant)) {
-    if (const JobPointer job = look(tenant, id); job && job->state() == JobState::kLoading) {
+    const JobPointer job = look(tenant, id);
+    const bool was_paused = std::find(resumed.begin(), resumed.end(), id) != resumed.end();
+    if (job &&
+        (job->state() == JobState::kLoading || (was_paused && job->state() == JobState::kQueued))) {
       ask(tenant, "cancel", id);
       note_answer(tenant, "cancel", id, server_.jobs->cancel(job));
     }

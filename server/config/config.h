@@ -46,7 +46,7 @@ struct Config {
   bool demo = false;    ///< submit a demo job when the store is empty
 
   int queue_max = 1000;            ///< jobs waiting; 429 beyond
-  int running_max = 16;            ///< jobs that render concurrently
+  int running_max = 64;            ///< jobs that render concurrently
   Share memory = {.percent = 70};  ///< of usable_memory_bytes(), for all large allocations
   int streams_max = 2048;          ///< open event and tile streams
   int lab_runs_max = 2;            ///< concurrent experiments, one low-priority thread each

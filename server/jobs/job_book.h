@@ -26,7 +26,7 @@ namespace server {
 
 struct BookLimits {
   int queue_max = 1000;
-  int running_max = 16;
+  int running_max = 64;
   int previews_max = 32;            ///< Preview jobs queued, running or paused.
   int previews_of_tenant_max = 16;  ///< 0: any number; the operator's previews are not counted.
   int final_jobs_max = 512;         ///< Final jobs kept in memory although the store has them.

@@ -94,6 +94,19 @@ class Order(BatchTest):
         self.assertEqual(ends, sorted(ends))
 
 
+    def test_all_of_24_views_have_images_before_one_ends(self):
+        template = job_body(samples=LONG)
+        template["film"] = {"width": 96, "height": 64, "layers": []}
+        made = self.make(batch_body({"seed": list(range(1, 25))}, template=template))
+        deadline = time.monotonic() + PATIENCE_S
+        while any(job["revision"] == 0 for job in made["jobs"]) and time.monotonic() < deadline:
+            time.sleep(0.02)
+            made = self.batch(made["id"])
+        self.assertEqual({(job["state"], job["revision"] > 0) for job in made["jobs"]},
+                         {("rendering", True)})
+        self.server.post(f"/v1/batches/{made['id']}/cancel", {})
+
+
 class Batches(BatchTest):
     def test_every_combination_is_a_job_with_its_name_and_values(self):
         body = batch_body(name="view-{theta_degrees} seed {seed} of {scene}")

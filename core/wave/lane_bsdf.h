@@ -1,10 +1,13 @@
 /// Bsdf in lanes: Lambert, and glTF's metallic-roughness surface with anisotropy, solid glass, thin
-/// walls, diffuse transmission, clearcoat and sheen.
+/// walls, diffuse transmission, clearcoat and sheen; films on opaque surfaces.
 ///
 /// Its lobes are those of core/bsdf/bsdf.h, with the same order and use of random numbers. Each
-/// lane is either Lambert or not; if all are Lambert, nothing else is computed.
+/// lane is either Lambert or not; if all are Lambert, nothing else is computed. Films are evaluated
+/// lane by lane, by the lobes of single paths.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <optional>
 
 #include "core/bsdf/anisotropic_albedo.h"
@@ -72,6 +75,19 @@ struct BrushLanes {
   Vec3s<N> along;     ///< Frame::s of the shading frame, world; unspecified elsewhere
 };
 
+/// Films; only those of `on` are valid.
+template <std::size_t N>
+struct FilmLanes {
+  unsigned on;
+  Floats<N> weight, ior, thickness_nm;
+  Vec3s<N> wavelengths_nm;
+
+  ThinFilm lane(std::size_t k) const {
+    const Vec3 nm = wavelengths_nm.lane(k);
+    return {weight.v[k], ior.v[k], thickness_nm.v[k], {nm.x, nm.y, nm.z}};
+  }
+};
+
 /// What some lanes have beyond SurfaceLanes; null if no lane has any.
 template <std::size_t N>
 struct ExtraLanes {
@@ -79,6 +95,7 @@ struct ExtraLanes {
   const SolidLanes<N>* solids = nullptr;
   const WallLanes<N>* walls = nullptr;
   const BrushLanes<N>* brush = nullptr;
+  const FilmLanes<N>* films = nullptr;
 };
 
 template <std::size_t N>
@@ -100,6 +117,9 @@ class BsdfLanes {
     }
     if (extra.walls != nullptr) {
       is_lambert_ = is_lambert_ & ~extra.walls->exist();
+    }
+    if (extra.films != nullptr) {
+      is_lambert_ = is_lambert_ & ~Mask<N>::of(extra.films->on);
     }
     is_lambert_all_ = is_lambert_.all();
     is_flat_all_ = is_flat_.all();
@@ -233,7 +253,7 @@ class BsdfLanes {
 
   /// Returns the weight of the specular lobe where it is smooth, and of a smooth coat elsewhere.
   Vec3s<N> delta_weight(Mask<N> specular) const {
-    const Vec3s<N> fresnel = specular_.fresnel(facets_.wo.z);
+    const Vec3s<N> fresnel = specular_fresnel(facets_.wo.z);
     if (!top_) {
       return fresnel * (1 / prob_specular_);
     }
@@ -295,7 +315,7 @@ class BsdfLanes {
 
   /// As Bsdf's constructor.
   void set_lobes(const SurfaceLanes<N>& s, Vec3s<N> wo, const Extra& extra) {
-    const auto [layers, solids, walls, brush] = extra;
+    const auto [layers, solids, walls, brush, films] = extra;
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
     F cover = dielectric;
@@ -326,7 +346,10 @@ class BsdfLanes {
       diffuse_ = diffuse_ * (1 - walls->diffuse);
     }
 
-    const Vec3s<N> specular = specular_.albedo(facets_, e);
+    Vec3s<N> specular = specular_.albedo(facets_, e);
+    if (films != nullptr) {
+      add_films(*films, s, {metal, cover, has_interface}, e, average, specular);
+    }
     const Vec3s<N> multiple = specular_.multiple_albedo(facets_, e);
     const Vec3s<N> substrate = diffuse_ * interface_.open_wo;
     prob_diffuse_ = luminance(substrate) + luminance(multiple);
@@ -377,6 +400,76 @@ class BsdfLanes {
       spread = spread | (prob_sheen_ > 0) | (top_->rough(prob_coat_) > 0);
     }
     has_spread_ = (is_lambert_ & has_spread_) | (~is_lambert_ & spread);
+  }
+
+  /// The surfaces with films.
+  struct Films {
+    unsigned on;
+    std::array<Interface, N> interface;
+    std::array<SpecularLobe, N> specular;
+  };
+  struct Base {
+    F metal, cover;
+    Mask<N> has_interface;
+  };
+  /// Adds films. specular: albedo of the specular lobe. Changes nothing where there are none.
+  [[gnu::noinline]] void add_films(const FilmLanes<N>& films, const SurfaceLanes<N>& s,
+                                   const Base& base, AlbedoOf<F> e, AlbedoOf<F> average,
+                                   Vec3s<N>& specular) {
+    films_.emplace().on = films.on;
+    const auto color = [](Vec3 c) { return Rgb{c.x, c.y, c.z}; };
+    for (unsigned rest = films.on; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      const ThinFilm film = films.lane(k);
+      BsdfParameters p;
+      p.base_color = color(s.base_color.lane(k));
+      p.f0 = color(s.f0.lane(k));
+      p.f90 = s.f90.v[k];
+      Facets facets;
+      facets.wo = facets_.wo.lane(k);
+      facets.is_smooth = (facets_.is_smooth.bits() >> k & 1U) != 0;
+      const SpecularAlbedo at_wo = {e.e.v[k], e.e5.v[k]};
+      const SpecularAlbedo mean = {average.e.v[k], average.e5.v[k]};
+      Interface& interface = films_->interface[k];
+      if ((base.has_interface.bits() >> k & 1U) != 0) {
+        interface = Interface(p, film, facets_.roughness.v[k], facets.wo.z, at_wo, mean);
+      }
+      interface_.open_wo.v[k] = interface.open_wo;
+      interface_.norm.v[k] = interface.norm;
+      SpecularLobe& lobe = films_->specular[k];
+      lobe = SpecularLobe(p, base.metal.v[k], base.cover.v[k], facets, film, at_wo, mean);
+      const Rgb seen = lobe.albedo(facets, at_wo);
+      specular.set(k, {seen.r, seen.g, seen.b});
+    }
+  }
+  /// Returns the reflectance of a facet by the specular lobe.
+  Vec3s<N> specular_fresnel(F cos_oh) const {
+    Vec3s<N> out = specular_.fresnel(cos_oh);
+    if (films_) {
+      set_fresnel(cos_oh, out);
+    }
+    return out;
+  }
+  [[gnu::noinline]] void set_fresnel(F cos_oh, Vec3s<N>& out) const {
+    for (unsigned rest = films_->on; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      const Rgb f = films_->specular[k].fresnel(cos_oh.v[k]);
+      out.set(k, {f.r, f.g, f.b});
+    }
+  }
+  /// Returns the albedo of the interface at cosine mu, where that with F = 1 is e.
+  F interface_albedo(F mu, AlbedoOf<F> e) const {
+    F out = interface_.albedo(e);
+    if (films_) {
+      set_interface_albedo(mu, e, out);
+    }
+    return out;
+  }
+  [[gnu::noinline]] void set_interface_albedo(F mu, AlbedoOf<F> e, F& out) const {
+    for (unsigned rest = films_->on; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      out.v[k] = films_->interface[k].albedo(mu.v[k], {e.e.v[k], e.e5.v[k]});
+    }
   }
 
   /// As Bsdf::add_solid(). Changes nothing where there is none.
@@ -459,12 +552,12 @@ class BsdfLanes {
 
   Eval evaluate_layered(Vec3s<N> wi, F cos_pi) const {
     const AlbedoOf<F> e = albedo_of(facets_, wi);
-    const F under = interface_.coupling(interface_.albedo(e)) * kInvPi;
+    const F under = interface_.coupling(interface_albedo(wi.z, e)) * kInvPi;
     const Vec3s<N> f = diffuse_ * under + specular_.multiple(e);
     const Vec3s<N> h = facets_.half(wi);
     const auto reflection = facets_.reflection(prob_specular_, wi, h);
     Vec3s<N> diffuse = select(prob_diffuse_ > 0, f * wi.z, black());
-    Vec3s<N> glossy = specular_.fresnel(dot(facets_.wo, h)) * reflection.value_cos;
+    Vec3s<N> glossy = specular_fresnel(dot(facets_.wo, h)) * reflection.value_cos;
     Eval out = {diffuse + glossy, prob_diffuse_ * cos_pi + reflection.pdf_solid_angle};
     if (glass_) {
       add_glass(wi, diffuse, glossy, out);
@@ -529,6 +622,8 @@ class BsdfLanes {
   PlainSpecularOf<F> specular_;
   Vec3s<N> diffuse_;
   F prob_diffuse_, prob_specular_;
+  // For lanes with films, and of them only.
+  std::optional<Films> films_;
   // For lanes on the boundaries of solids.
   std::optional<Glass> glass_;
   Mask<N> is_solid_;

@@ -37,7 +37,8 @@ inline bool is_mapped(const Material& m) {
   if (first == nullptr || first->description.nearest || m.specular.texture != nullptr ||
       m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
       m.diffuse_transmission.texture != nullptr ||
-      m.diffuse_transmission_color.texture != nullptr) {
+      m.diffuse_transmission_color.texture != nullptr || m.iridescence.texture != nullptr ||
+      m.iridescence_thickness.texture != nullptr) {
     return false;
   }
   for (const TextureSlot* slot : mapped_slots(m)) {

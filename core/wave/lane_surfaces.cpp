@@ -20,7 +20,7 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
 /// is_solid: the material is on the boundary of a solid.
 bool is_unsupported(const Material& m, bool is_solid) {
   const bool is_for_walls = m.is_clear || m.factors.diffuse_transmission > 0;
-  return m.factors.iridescence > 0 || m.factors.unlit ||
+  return (m.factors.iridescence > 0 && m.transmits) || m.factors.unlit ||
          (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
 }
 
@@ -61,6 +61,16 @@ void set_wall(LaneHits<N>& out, std::size_t k, float transmission, float diffuse
   out.walls.transmission.v[k] = transmission;
   out.walls.diffuse.v[k] = clamp01(diffuse);
   out.walls.diffuse_color.set(k, {clamp01(color.r), clamp01(color.g), clamp01(color.b)});
+}
+
+/// Adds a lane with a film.
+template <std::size_t N>
+void set_film(LaneHits<N>& out, std::size_t k, float weight, float ior, float thickness_nm) {
+  out.films.on |= 1U << k;
+  out.films.weight.v[k] = weight;
+  out.films.ior.v[k] = ior;
+  out.films.thickness_nm.v[k] = thickness_nm;
+  out.films.wavelengths_nm.set(k, {});
 }
 
 /// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
@@ -147,6 +157,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
     const bool is_brushed = m.factors.anisotropy > 0;
+    const bool has_film = m.factors.iridescence > 0;
     const bool is_plain = !m.has_texture && mesh.colors.empty() && !is_brushed;
     const bool maps = is_mapped(m) && mesh.colors.empty() && !is_brushed &&
                       !turns_tangents(mesh, m.normal) && !turns_tangents(mesh, m.clearcoat_normal);
@@ -159,6 +170,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     has_solids_ = has_solids_ || (is_solid && is_supported);
     const bool is_wall = m.transmits && !m.is_volume && is_supported;
     has_walls_ = has_walls_ || is_wall;
+    has_films_ = has_films_ || (has_film && is_supported);
     const Kind kind = !is_supported ? Kind::kUnsupported
                       : is_plain    ? Kind::kPlain
                       : maps        ? Kind::kMapped
@@ -166,13 +178,13 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back({mesh.positions.data(), data(mesh.normals),
-                       m.transmits ? nullptr : data(mesh.round_sides), mesh.indices.data(),
-                       &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-                       maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-                       mesh.later.empty() ? nullptr : &mesh,
-                       same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()), m.is_clear,
-                       m.factors.double_sided, shines_alone(m), has_layers, is_wall, placed.solid});
+    placed_.push_back(
+        {mesh.positions.data(), data(mesh.normals), m.transmits ? nullptr : data(mesh.round_sides),
+         mesh.indices.data(), &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
+         maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
+         mesh.later.empty() ? nullptr : &mesh,
+         same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()), m.is_clear,
+         m.factors.double_sided, shines_alone(m), has_layers, is_wall, has_film, placed.solid});
   }
 }
 
@@ -185,6 +197,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   unsigned textured = 0;
   unsigned front = 0;
   out.unsupported = 0;
+  out.films.on = 0;
   const auto instance_of = [this](const RawHit& hit) {
     return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
   };
@@ -220,6 +233,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     }
     if (has_walls_) {
       load_walls(hits, plain | mapped, out);
+    }
+    if (has_films_) {
+      load_films(hits, plain | mapped, out);
     }
     if (mapped != 0) {
       MapRows<N> maps;
@@ -357,6 +373,20 @@ template <std::size_t N>
           scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
       set_wall(out, k, m.plain.transmission, m.factors.diffuse_transmission,
                m.factors.diffuse_transmission_color);
+    }
+  }
+}
+
+/// Loads the factors of films in the lanes of `on`.
+template <std::size_t N>
+[[gnu::noinline]] void LaneSurfaces::load_films(const RawHit (&hits)[N], unsigned on,
+                                                LaneHits<N>& out) const {
+  for (; on != 0; on &= on - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(on));
+    if (entry_of(hits[k]).has_film) {
+      const MaterialDescription& f =
+          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material].factors;
+      set_film(out, k, clamp01(f.iridescence), f.iridescence_ior, f.iridescence_thickness_max_nm);
     }
   }
 }
@@ -558,6 +588,10 @@ bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
     const bool is_diffuse = material.factors.diffuse_transmission > 0;
     set_wall(out, k, b.transmission, is_diffuse ? shading.layers.diffuse_transmission : 0.0F,
              shading.layers.diffuse_transmission_color);
+  }
+  if (entry_of(hit).has_film) {
+    const BsdfLayers& l = shading.layers;
+    set_film(out, k, l.iridescence, l.iridescence_ior, l.iridescence_thickness_nm);
   }
   return shading.front;
 }

@@ -46,6 +46,7 @@ struct LaneHits {
   WallLanes<N> walls;
   unsigned brushed = 0;  ///< those that are brushed; valid if not 0:
   BrushLanes<N> brush;
+  FilmLanes<N> films;  ///< none if films.on is 0
 };
 
 /// Returns eta_scale of a path that came into the solid by refraction.
@@ -104,9 +105,10 @@ class LaneSurfaces {
     float coverage;          ///< everywhere; negative: it may vary
     bool is_clear;
     bool is_double_sided;
-    bool shines_alone;    ///< emission is evaluated lane by lane
-    bool has_layers;      ///< clearcoat or sheen
-    bool is_wall;         ///< transmits without a solid
+    bool shines_alone;  ///< emission is evaluated lane by lane
+    bool has_layers;    ///< clearcoat or sheen
+    bool is_wall;       ///< transmits without a solid
+    bool has_film;
     std::uint32_t solid;  ///< PlacedMesh::solid
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
@@ -138,6 +140,8 @@ class LaneSurfaces {
   template <std::size_t N>
   void load_walls(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
+  void load_films(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
+  template <std::size_t N>
   void cross_solids(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned front,
                     LaneHits<N>& out) const;
   template <std::size_t N>
@@ -151,6 +155,7 @@ class LaneSurfaces {
   bool has_layers_ = false;     ///< some surface has clearcoat or sheen
   bool has_solids_ = false;     ///< lanes support some solid
   bool has_walls_ = false;      ///< some surface transmits without a solid
+  bool has_films_ = false;      ///< lanes support some film
 };
 
 }  // namespace core

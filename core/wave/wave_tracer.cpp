@@ -444,7 +444,8 @@ template <std::size_t N, typename Options>
                         {.layers = at.met.layered == 0 ? nullptr : &at.met.layers,
                          .solids = at.met.solid == 0 ? nullptr : &at.met.solids,
                          .walls = at.met.wall == 0 ? nullptr : &at.met.walls,
-                         .brush = at.met.brushed == 0 ? nullptr : &at.met.brush});
+                         .brush = at.met.brushed == 0 ? nullptr : &at.met.brush,
+                         .films = at.met.films.on == 0 ? nullptr : &at.met.films});
   };
   [[maybe_unused]] Vec3s<N> albedo;
   if constexpr (Options::is_spectral) {
@@ -457,6 +458,11 @@ template <std::size_t N, typename Options>
     colored.f0 = at.colors.values(colored.f0);
     at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
     at.met.walls.diffuse_color = at.colors.values(at.met.walls.diffuse_color);
+    for (unsigned rest = at.met.films.on & on; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+      const Rgb nm = wave.wavelengths[sample_of(paths, first + k)].nm();
+      at.met.films.wavelengths_nm.set(k, {nm.r, nm.g, nm.b});
+    }
   }
   const BsdfLanes<N> bsdf = make_bsdf();
   at.light_normal = &s.horizon;

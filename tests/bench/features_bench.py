@@ -93,6 +93,7 @@ FEATURES = {
                                       clearcoatRoughnessFactor=0.05)),
     "sheen": (MAP, {}, extension("KHR_materials_sheen", sheenColorFactor=[0.5, 0.5, 0.5],
                                  sheenRoughnessFactor=0.5)),
+    "iridescence": (MAP, {}, extension("KHR_materials_iridescence", iridescenceFactor=1)),
     "glass": (MAP, {}, glass),
     "thin wall": (MAP, {}, thin_wall),
     "leaf": (MAP, {}, extension("KHR_materials_diffuse_transmission",

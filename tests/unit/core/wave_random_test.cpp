@@ -43,7 +43,8 @@ constexpr std::size_t kPixelsMost = 8;
 enum class Drawn {
   kAll,
   kSolids,  ///< the closed ones are boundaries of solids
-  kWalls    ///< most transmit, without a solid
+  kWalls,   ///< most transmit, without a solid
+  kFilms    ///< most have a film
 };
 
 class Draw {
@@ -77,6 +78,7 @@ enum class Fault {
   kClearerGlass,
   kThickerLeaves,
   kRounderBrush,
+  kThickerFilms,
   kOtherTexels,
   kTiltedNormals,
   kOneBounceLess,
@@ -227,6 +229,19 @@ constexpr std::array kWalls = {
          }},
 };
 
+constexpr Kind kFilm = {"soap", [](MaterialDescription& m, Draw& draw) {
+                          m.iridescence = draw.between(0.3F, 1);
+                          m.iridescence_ior = draw.between(1.1F, 2.2F);
+                          m.iridescence_thickness_max_nm = draw.between(50, 900);
+                          m.metallic = draw.often(0.4F) ? draw.between(0.3F, 1) : 0.0F;
+                          m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
+                          m.specular = draw.often(0.3F) ? draw.between(0, 1) : 1.0F;
+                          m.specular_color = draw.often(0.3F) ? draw.color() : Rgb{1, 1, 1};
+                          m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
+                          m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
+                          m.sheen_roughness = 0.5F;
+                        }};
+
 /// Noise in bytes or floats.
 int add_image(core::SceneDescription& scene, Draw& draw) {
   core::Image image;
@@ -286,6 +301,10 @@ void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& d
   fill(m.sheen_color_texture, m.sheen_roughness > 0 ? 0.3F : 0);
   fill(m.sheen_roughness_texture, m.sheen_roughness > 0 ? 0.3F : 0);
   fill(m.anisotropy_texture, m.anisotropy > 0 ? 0.3F : 0);
+  if (draw.drawn == Drawn::kFilms) {
+    fill(m.iridescence_texture, m.iridescence > 0 ? 0.3F : 0);
+    fill(m.iridescence_thickness_texture, m.iridescence > 0 ? 0.3F : 0);
+  }
   if (draw.drawn == Drawn::kWalls) {
     fill(m.diffuse_transmission_texture, m.diffuse_transmission > 0 ? 0.3F : 0);
     fill(m.diffuse_transmission_color_texture, m.diffuse_transmission > 0 ? 0.3F : 0);
@@ -296,9 +315,11 @@ void add_textures(MaterialDescription& m, core::SceneDescription& scene, Draw& d
 int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Fault fault) {
   const bool is_glass = draw.drawn == Drawn::kSolids && is_closed;
   const bool is_wall = draw.drawn == Drawn::kWalls && draw.often(0.7F);
-  const Kind kind = is_glass  ? draw.one_of(kGlass)
-                    : is_wall ? draw.one_of(kWalls)
-                              : draw.one_of(kKinds);
+  const bool has_film = draw.drawn == Drawn::kFilms && draw.often(0.7F);
+  const Kind kind = is_glass   ? draw.one_of(kGlass)
+                    : is_wall  ? draw.one_of(kWalls)
+                    : has_film ? kFilm
+                               : draw.one_of(kKinds);
   MaterialDescription m;
   m.base_color = draw.color();
   m.metallic = 0;
@@ -327,6 +348,9 @@ int add_material(core::SceneDescription& scene, Draw& draw, bool is_closed, Faul
   }
   if (fault == Fault::kRounderBrush) {
     m.anisotropy *= 0.8F;
+  }
+  if (fault == Fault::kThickerFilms) {
+    m.iridescence_thickness_max_nm *= 1.1F;
   }
   if (fault == Fault::kThickerLeaves) {
     m.diffuse_transmission *= 0.9F;
@@ -703,7 +727,10 @@ TEST(WaveProduct, WallsAndLeavesLookAsOnePathAtATime) {
   expect_as_one_path_at_a_time(Drawn::kWalls);
 }
 
-TEST(WaveProduct, SeesPlantedFaultsOfGlassAndLeaves) {
+TEST(WaveProduct, FilmsLookAsOnePathAtATime) { expect_as_one_path_at_a_time(Drawn::kFilms); }
+
+TEST(WaveProduct, SeesPlantedFaultsOfGlassLeavesAndFilms) {
+  expect_fault_is_seen({"thicker films", Fault::kThickerFilms, 8}, Drawn::kFilms);
   expect_fault_is_seen({"denser glass", Fault::kDenserGlass, 4}, Drawn::kSolids);
   expect_fault_is_seen({"clearer glass", Fault::kClearerGlass, 1}, Drawn::kSolids);
   expect_fault_is_seen({"denser walls", Fault::kDenserGlass, 4}, Drawn::kWalls);

@@ -20,8 +20,8 @@ class DiskReserve {
   bool give_up();
   bool is_taken() const { return is_taken_; }
 
-  /// take() fails while an object of this class lives, so that nobody takes the space back before
-  /// it was used.
+  /// take() fails while an object of this class lives, so that no thread takes the space back
+  /// before it was used.
   class Spending {
    public:
     explicit Spending(DiskReserve& reserve) : reserve_(reserve) { reserve_.is_spent_ = true; }

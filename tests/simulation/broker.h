@@ -23,7 +23,7 @@ struct UnitMessage {
 /// Starts an empty broker. Once per process.
 std::shared_ptr<queue::NatsLink> start_broker(std::uint64_t seed);
 void set_broker_lossy(bool is_lossy);
-/// While it is down, nobody can reach it; then it has lost everything.
+/// While it is down, no client reaches it; then it has lost everything.
 void set_broker_up(bool is_up);
 
 // Of workers.

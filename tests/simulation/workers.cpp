@@ -267,7 +267,7 @@ server::WorkOptions Workers::options(std::uint64_t seed) {
   options.build = kBuild;
   options.arithmetic = kArithmetic;
   options.has_local_threads = random.chance(0.3);
-  // Results of a liar that nobody verifies are taken.
+  // Results of a liar that are not verified are taken.
   const bool has_liar =
       std::find(characters.begin(), characters.end(), Character::kLiar) != characters.end();
   options.verify_share = has_liar ? 1.0F : 0.0F;

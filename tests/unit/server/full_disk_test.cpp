@@ -111,7 +111,7 @@ TEST(DiskReserve, ReleasesAndReacquiresItsSpace) {
   EXPECT_TRUE(reserve.take());
 }
 
-TEST(DiskReserve, NobodyTakesItBackBeforeTheTransactionThatNeedsItEnds) {
+TEST(DiskReserve, IsNotTakenBackBeforeTheTransactionThatNeedsItEnds) {
   const test_support::TemporaryFolder folder;
   const auto database = *server::Database::open(folder.file("test.db"));
   int attempts = 0;

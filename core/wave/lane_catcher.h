@@ -32,7 +32,7 @@ class LaneCatcher {
       return;
     }
     if (wave.caught == nullptr) {
-      wave.caught = std::make_unique<WaveCaught>();
+      wave.caught = std::make_unique_for_overwrite<WaveCaught>();
     }
     std::fill_n(wave.caught->on.at, kWaveRoom, 0);
   }

@@ -181,8 +181,8 @@ bool PictureRenderer::render_waves(TileState& state, const FillRule& rule, int l
       PathSampler(settings.sampler, settings.replicates, settings.seed, settings.first_replicate)};
   const std::size_t shares = settings.film.shares.size();
   state.shares.resize(state.pixels.size() * shares);
-  // Cleared: lanes beyond the last path compute too, and index tables by what they find.
-  const auto wave = std::make_unique<Wave>();
+  // Not cleared: begin() sets everything that is read.
+  const auto wave = std::make_unique_for_overwrite<Wave>();
   return fill_tile_in_waves(
       state, rule, planned_.waves->samples_max(), last_sample, stop,
       [&](std::span<const DueSample> due) {

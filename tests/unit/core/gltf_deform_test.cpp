@@ -43,13 +43,21 @@ TEST(GltfMorph, EqualWeightsShareAMesh) {
   EXPECT_EQ(scene->instances.size(), 3U);
 }
 
+/// Adds the triangle, skinned by skin 0. joints: an accessor; weights: four of each vertex.
+void add_skinned_triangle(core::GlbWriter& writer, int joints, const std::vector<float>& weights,
+                          const std::string& node = "") {
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  add_primitive(writer,
+                "\"attributes\":{\"POSITION\":" + number(positions) +
+                    ",\"JOINTS_0\":" + number(joints) +
+                    ",\"WEIGHTS_0\":" + number(accessor(writer, weights, kF32, "VEC4", 4)) + "}",
+                "\"skin\":0" + node);
+}
+
 TEST(GltfSkin, VerticesFollowTheirJoints) {
   core::GlbWriter writer;
-  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int joints = accessor(writer, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0},
                               kU8, "VEC4", 4);
-  const int weights = accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0},
-                               kF32, "VEC4", 4);
   std::vector<float> matrices(32, 0.0F);
   for (const std::size_t m : {0U, 16U}) {
     matrices[m] = matrices[m + 5] = matrices[m + 10] = matrices[m + 15] = 1;
@@ -57,10 +65,8 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
   matrices[16 + 12] = -1;  // the second joint is at x = 1 at rest
   const int bind = accessor(writer, matrices, kF32, "MAT4", 16);
   // Node 0 has the mesh and is far away, which a skin ignores; the joints are nodes 1 and 2.
-  add_primitive(writer,
-                "\"attributes\":{\"POSITION\":" + number(positions) +
-                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
-                "\"skin\":0,\"translation\":[100,0,0]");
+  add_skinned_triangle(writer, joints, {1, 0, 0, 0, 1, 0, 0, 0, 0.5F, 0.5F, 0, 0},
+                       ",\"translation\":[100,0,0]");
   writer.add("nodes", R"({"translation":[0,0,10]})");
   writer.add("nodes", R"({"translation":[1,0,20]})");
   writer.add("skins", "{\"joints\":[1,2],\"inverseBindMatrices\":" + number(bind) + "}");
@@ -73,30 +79,18 @@ TEST(GltfSkin, VerticesFollowTheirJoints) {
 
 TEST(GltfSkin, RefusesAJointOutsideTheSkin) {
   core::GlbWriter writer;
-  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int joints = accessor(
       writer, std::vector<std::uint16_t>{0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}, kU16, "VEC4", 4);
-  const int weights =
-      accessor(writer, std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, kF32, "VEC4", 4);
-  add_primitive(writer,
-                "\"attributes\":{\"POSITION\":" + number(positions) +
-                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
-                "\"skin\":0");
+  add_skinned_triangle(writer, joints, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
   writer.add("skins", R"({"joints":[0]})");
   expect_error_at(load(writer), "/meshes/0/primitives/0/attributes/JOINTS_0");
 }
 
 TEST(GltfSkin, VerticesWithoutWeightFollowTheFirstJointWithAWarning) {
   core::GlbWriter writer;
-  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
   const int joints = accessor(writer, std::vector<std::uint8_t>{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0},
                               kU8, "VEC4", 4);
-  const int weights =
-      accessor(writer, std::vector<float>{0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}, kF32, "VEC4", 4);
-  add_primitive(writer,
-                "\"attributes\":{\"POSITION\":" + number(positions) +
-                    ",\"JOINTS_0\":" + number(joints) + ",\"WEIGHTS_0\":" + number(weights) + "}",
-                "\"skin\":0");
+  add_skinned_triangle(writer, joints, {0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0});
   writer.add("nodes", R"({"translation":[0,0,10]})");
   writer.add("nodes", R"({"translation":[0,0,20]})");
   writer.add("skins", R"({"joints":[1,2]})");

@@ -1,11 +1,12 @@
-"""Changes of jobs, each with what must be true once it is acknowledged, for tests that kill."""
+"""Changes of jobs, and other objects that clients make, each with what must be true once it is
+acknowledged, for tests that kill."""
 
 import dataclasses
 import random
 import threading
 import uuid
 
-from harness import job_body
+from harness import job_body, triangle_glb
 
 UNDER_WAY = frozenset({"queued", "loading", "rendering"})
 ENDLESS = 65536  # samples per pixel, minutes of rendering; even, as both halves have the same
@@ -64,6 +65,11 @@ CHANGES = {
         ),
         lambda facts, n: dataclasses.replace(facts, states=UNDER_WAY, samples=ENDLESS - 2 * n),
     ),
+    "retry": (  # The job has failed for a want of memory that is over.
+        frozenset({"failed"}),
+        lambda job, n: ("POST", f"/v1/jobs/{job}/retry", None),
+        lambda facts, n: dataclasses.replace(facts, states=UNDER_WAY),
+    ),
     "cancel": (
         UNDER_WAY | {"paused"},
         lambda job, n: ("POST", f"/v1/jobs/{job}/cancel", None),
@@ -77,8 +83,9 @@ CHANGES = {
 }
 
 
-def submit(server, job, samples=ENDLESS):
-    return server.request("PUT", f"/v1/jobs/{job}", job_body(samples=samples, name="name 0"))
+def submit(server, job, samples=ENDLESS, **members):
+    body = job_body(samples=samples, name="name 0", **members)
+    return server.request("PUT", f"/v1/jobs/{job}", body)
 
 
 def facts_of_new(samples=ENDLESS):
@@ -164,17 +171,32 @@ class Owner:
                 self.current = None
 
 
+def restart_with(server, *flags):
+    server.kill()
+    kept = server.flags
+    server.flags = [*kept, *flags]
+    server.start()
+    server.flags = kept
+
+
 def survives(server, name, number):
     """Makes the change, kills the server right after the answer and checks the job afterwards."""
     states, request, after = CHANGES[name]
     job = str(uuid.UUID(int=random.Random(f"{name} {number}").getrandbits(128), version=4))
     samples = 8 if states == {"finished"} else ENDLESS
-    assert submit(server, job, samples).status == 201
+    # More than 1 MB of memory, for the change that needs a job that fails.
+    film = {"film": {"width": 256, "height": 192, "layers": []}} if name == "retry" else {}
+    assert submit(server, job, samples, **film).status == 201
     facts = facts_of_new(samples)
     if samples == ENDLESS:
         server.wait_for_samples(job)
     else:
         server.wait(job)
+        facts = dataclasses.replace(facts, states=states)
+    if name == "retry":
+        restart_with(server, "--memory", "1M")
+        assert server.wait(job)["state"] == "failed"
+        restart_with(server)
         facts = dataclasses.replace(facts, states=states)
     if name in ("resume", "delete"):  # First into the state in which it is tried.
         first = "pause" if name == "resume" else "cancel"
@@ -187,3 +209,75 @@ def survives(server, name, number):
     now = server.get("/v1/jobs/" + job)
     assert after(facts, number).hold(now), (name, facts, now)
     server.post(f"/v1/jobs/{job}/cancel")
+
+
+# Name: (makes it, of two finished jobs; path that shows it, from the answer; whether it can be
+# deleted). Paths of lists show it by its id.
+OBJECTS = {
+    "asset": (
+        lambda server, jobs: server.post(
+            "/v1/assets", b"some bytes", {"Content-Type": "application/octet-stream"}
+        ),
+        lambda made: "/v1/assets/" + made["id"], True,
+    ),
+    "scene": (
+        lambda server, jobs: server.post(
+            "/v1/scenes", triangle_glb(), {"Content-Type": "model/gltf-binary"}
+        ),
+        lambda made: "/v1/scenes/" + made["id"], True,
+    ),
+    "preset": (
+        lambda server, jobs: server.request(
+            "PUT", "/v1/presets/p", {"job": {"stop": {"samples_per_pixel": 4}}}
+        ),
+        lambda made: "/v1/presets/p", True,
+    ),
+    "batch": (
+        lambda server, jobs: server.post(
+            "/v1/batches", {"template": job_body(), "matrix": {"seed": [1, 2]}}
+        ),
+        lambda made: "/v1/batches/" + made["id"], False,
+    ),
+    "comparison": (
+        lambda server, jobs: server.post("/v1/comparisons", {"a": jobs[0], "b": jobs[1]}),
+        lambda made: "/v1/comparisons/" + made["id"], False,
+    ),
+    "merged film": (
+        lambda server, jobs: server.post("/v1/films/merge", {"films": jobs[:1]}),
+        lambda made: f"/v1/jobs/{made['id']}/film", False,
+    ),
+    "key": (
+        lambda server, jobs: server.post("/v1/keys", {"name": "x", "scopes": ["read"]}),
+        lambda made: "/v1/keys", True,
+    ),
+    "signing key": (
+        lambda server, jobs: server.post("/v1/signing-keys"),
+        lambda made: "/v1/signing-keys", True,
+    ),
+}
+
+
+def object_survives(server, name, jobs):
+    """Makes the object, kills the server right after the answer and looks for it afterwards; then
+    deletes it, kills the server right after that answer too, and looks again."""
+    make, path_of, is_deleted = OBJECTS[name]
+    answer = make(server, jobs)
+    server.kill()
+    server.start()
+    assert answer.status in (200, 201, 202), (name, answer)
+    made = answer.json()
+    path = path_of(made)
+
+    def is_there():
+        found = server.get(path)
+        is_list = path.endswith("keys")
+        return found.status == 200 and (not is_list or made["id"] in found.body.decode())
+
+    assert is_there(), (name, made)
+    if is_deleted:
+        one = f"{path}/{made['id']}" if path.endswith("keys") else path
+        answer = server.request("DELETE", one)
+        server.kill()
+        server.start()
+        assert answer.status == 204, (name, answer)
+        assert not is_there(), (name, made)

@@ -14,6 +14,7 @@ import uuid
 
 from changes import Owner
 from harness import PATIENCE_S, Server, job_body, tessera, triangle_glb
+from webhooks_test import Receiver
 
 BYTES = {"Content-Type": "application/octet-stream"}
 GLB = {"Content-Type": "model/gltf-binary"}
@@ -28,10 +29,12 @@ def body_of_kind(kind):
 
 
 class Clients:
-    """Uploads and submits continuously; remembers only acknowledged changes."""
+    """Uploads and submits continuously, a half of the jobs with a webhook; remembers only
+    acknowledged changes."""
 
-    def __init__(self, server, seed):
+    def __init__(self, server, seed, hook):
         self.server = server
+        self.hook, self.hooked = hook, set()
         self.lock = threading.Lock()
         self.assets, self.scenes, self.jobs = {}, set(), {}
         self.stopped = threading.Event()
@@ -85,8 +88,14 @@ class Clients:
     def submit(self, chance):
         kind = chance.choice((0, 1, 3, 4, 0, 1, 3, 4, 2, 5))
         key = {"Idempotency-Key": str(chance.random())}
+        body = body_of_kind(kind)
+        if chance.random() < 0.5:
+            body["webhook"] = {"url": self.hook}
         for _ in range(2):  # A client without an answer asks again, and there is one job.
-            self.remember(self.server.post("/v1/jobs", body_of_kind(kind), key), kind)
+            answer = self.server.post("/v1/jobs", body, key)
+            self.remember(answer, kind)
+            if "webhook" in body and answer.status in (200, 201):
+                self.hooked.add(answer.json()["id"])
 
     def put(self, chance):
         kind = chance.choice((0, 1, 3, 4, 0, 1, 3, 4, 2, 5))
@@ -146,15 +155,25 @@ def wait_for_all(server, jobs):
     return ends
 
 
+def check_webhooks(receiver, jobs):
+    """Each job's end is reported: once, or several times under one name."""
+    names = {}
+    while not jobs <= set(names):
+        _, headers, body, _ = receiver.next()
+        names.setdefault(json.loads(body)["data"]["id"], set()).add(headers["webhook-id"])
+    assert all(len(each) == 1 for each in names.values()), names
+
+
 def run(kills, seed, say=lambda text: None):
     """Kills `kills` times; raises AssertionError on the first lost or different result."""
     chance = random.Random(seed)
-    server = Server("--checkpoint", "0.2", "--max-queue", "8")
+    server = Server("--checkpoint", "0.2", "--max-queue", "8", "--webhook-private")
     server.start()
+    receiver = Receiver()
     clients = None
     try:
         calm = {kind: server.render(body_of_kind(kind))["film_digest"] for kind in range(KINDS)}
-        clients = Clients(server, seed)
+        clients = Clients(server, seed, receiver.url)
         for kill in range(kills):
             time.sleep(chance.random() ** 2 * 1.5)
             if kill % 2:
@@ -176,6 +195,7 @@ def run(kills, seed, say=lambda text: None):
             done = ends[job]
             assert done["state"] == "finished", done
             assert done["film_digest"] == calm[kind], (job, kind)
+        check_webhooks(receiver, clients.hooked)
         listed, cursor = set(), None
         while True:
             page = server.get("/v1/jobs?limit=200" + (f"&cursor={cursor}" if cursor else "")).json()
@@ -195,3 +215,4 @@ def run(kills, seed, say=lambda text: None):
         if clients is not None:
             clients.stopped.set()
         server.close()
+        receiver.close()

@@ -168,33 +168,6 @@ Errors errors_of(const FilmSnapshot& film, const Compared& of, const Plane* weig
   return out;
 }
 
-/// Returns how far the gain from one image to the other may be from its estimate, with this
-/// confidence: Student's t with the spread of the tiles' gains around what their pixels would have
-/// of the whole gain (the ratio estimator; Cochran, Sampling Techniques, 1977, chapter 6). Noise
-/// that both images share cancels in each, and errors of neighbouring windows are alike. A gain in
-/// one tile alone is uncertain.
-double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, std::span<const TileSums> tiles,
-                     double confidence) {
-  double n = 0;
-  double pixels = 0;
-  double sum = 0;
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    n += tiles[t].pixels > 0 ? 1 : 0;
-    pixels += tiles[t].pixels;
-    sum += from.tiles[t] - to.tiles[t];
-  }
-  if (n < 2) {
-    return std::numeric_limits<double>::infinity();
-  }
-  double squares = 0;
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    const double apart = from.tiles[t] - to.tiles[t] - tiles[t].pixels * sum / pixels;
-    squares += apart * apart;
-  }
-  return student_t_quantile(0.5 + 0.5 * confidence, n - 1) * std::sqrt(squares * n / (n - 1)) /
-         pixels;
-}
-
 /// Fills the weights and the errors of the images. By the error of the whole image, the mixed image
 /// is the denoised one if that is better, and the plain one unless that is worse with a confidence
 /// of 95%: weights that are best by squares, and for other pixels, may be worse by the error. The
@@ -365,6 +338,28 @@ Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeatureP
 }
 
 }  // namespace
+
+double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, std::span<const TileSums> tiles,
+                     double confidence) {
+  double n = 0;
+  double pixels = 0;
+  double sum = 0;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    n += tiles[t].pixels > 0 ? 1 : 0;
+    pixels += tiles[t].pixels;
+    sum += from.tiles[t] - to.tiles[t];
+  }
+  if (n < 2) {
+    return std::numeric_limits<double>::infinity();
+  }
+  double squares = 0;
+  for (std::size_t t = 0; t < tiles.size(); ++t) {
+    const double apart = from.tiles[t] - to.tiles[t] - tiles[t].pixels * sum / pixels;
+    squares += apart * apart;
+  }
+  return student_t_quantile(0.5 + 0.5 * confidence, n - 1) * std::sqrt(squares * n / (n - 1)) /
+         pixels;
+}
 
 int samples_of_halves(const FilmSnapshot& film) {
   auto least = std::numeric_limits<int>::max();

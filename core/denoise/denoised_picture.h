@@ -20,6 +20,7 @@
 /// everywhere if F has a smaller error as a whole, and 1 unless G is better than I beyond doubt.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "core/denoise/denoiser.h"
@@ -87,6 +88,14 @@ Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* fea
 /// The same for halves that are already denoised. halves: A, B as they are shown; filtered: FA, FB.
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
                                  std::span<const ColorPlanes> filtered);
+
+/// Returns how far the gain from one image to the other may be from its estimate, with this
+/// confidence: Student's t with the spread of the tiles' gains around what their pixels would have
+/// of the whole gain (the ratio estimator; Cochran, Sampling Techniques, 1977, chapter 6). Noise
+/// that both images share cancels in each, and errors of neighbouring windows are alike. A gain in
+/// one tile alone is uncertain: infinite.
+double reach_of_gain(const ErrorRoots& from, const ErrorRoots& to, std::span<const TileSums> tiles,
+                     double confidence);
 
 /// Returns the smallest sample count of a half in any pixel.
 int samples_of_halves(const FilmSnapshot& film);

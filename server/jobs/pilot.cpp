@@ -6,6 +6,7 @@
 #include <exception>
 #include <vector>
 
+#include "core/base/statistics.h"
 #include "core/film/meter_chunk.h"
 #include "core/render/task/eta.h"
 #include "core/settings/registry.h"
@@ -19,7 +20,6 @@ constexpr int kSamples = 16;
 constexpr double kSeconds = 0.5;
 constexpr std::chrono::seconds kPatience{5};
 constexpr double kMachine = 1.25;
-constexpr double kNormal95 = 1.96;
 /// Slowest decrease of the error: that of independent samples.
 constexpr double kIndependent = 0.5;
 /// Largest measured factor by which adaptive sampling, which the pilot does not use, reduces the
@@ -43,12 +43,7 @@ double pixels_of(const core::PixelRect& rect) {
   return static_cast<double>(rect.width) * static_cast<double>(rect.height);
 }
 
-/// CPU seconds per sample of one pixel, with its confidence interval.
-struct PathCost {
-  double mean = 0;
-  double low = 0;
-  double high = 0;
-};
+}  // namespace
 
 PathCost path_cost(const core::Film& film) {
   std::vector<double> costs;
@@ -70,13 +65,13 @@ PathCost path_cost(const core::Film& film) {
     squares += (each - cost.mean) * (each - cost.mean);
   }
   const auto n = static_cast<double>(costs.size());
-  const double spread = n > 1 ? kNormal95 * std::sqrt(squares / (n - 1) / n) : cost.mean / 2;
+  const double spread =
+      n > 1 ? core::student_t_quantile(0.975, n - 1) * std::sqrt(squares / (n - 1) / n)
+            : cost.mean / 2;
   cost.low = std::max(0.0, cost.mean - spread) / kMachine;
   cost.high = (cost.mean + spread) * kMachine;
   return cost;
 }
-
-}  // namespace
 
 api::JobSpec pilot_spec(api::JobSpec spec) {
   core::FilmSettings& film = spec.render.film;

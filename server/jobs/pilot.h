@@ -28,6 +28,17 @@ struct CostEstimate {
   double pilot_cpu_seconds = 0;
 };
 
+/// CPU seconds per sample of one pixel.
+struct PathCost {
+  double mean = 0;
+  double low = 0;  ///< 95% interval
+  double high = 0;
+};
+/// The interval is that of the mean over tiles, treated as a random sample (Student's t), widened
+/// by a quarter on each side for variation of the machine's speed. Of one tile it is half to three
+/// halves of the mean, so widened.
+PathCost path_cost(const core::Film& film);
+
 /// Returns the job with so few pixels and samples that it takes at most half a second.
 api::JobSpec pilot_spec(api::JobSpec spec);
 
@@ -40,9 +51,8 @@ class Pilot final : public SliceSource, private core::RenderSink {
   /// Waits until it is done. Returns false when not every pixel has a sample after some seconds, or
   /// at a stop.
   bool wait(const std::stop_token& stop);
-  /// spec: of the whole job. The interval is that of the mean over tiles, treated as a random
-  /// sample, widened by a quarter on each side for variation of the machine's speed. Memory is not
-  /// filled in.
+  /// spec: of the whole job. The interval is that of path_cost(), and of the samples for an error
+  /// target. Memory is not filled in.
   CostEstimate estimate(const api::JobSpec& spec, int threads, int samples_max) const;
 
  private:

@@ -239,9 +239,13 @@ TEST(AdaptiveTypes, AllocateSamplesWhereTheNoiseIs) {
   EXPECT_LT(gain, 4.2);
 }
 
-// 95% intervals of tiles, with adaptive sampling by pixels and by tiles: 60 images of 4 tiles
-// each; 240 trials, standard deviation 1.4%: 90% is 3.6 of them away.
+// 95% intervals of tiles, with adaptive sampling by pixels and by tiles: 120 images of 4 tiles
+// each; 960 trials, a standard deviation of 0.7%, limits 3.4 of them away. An exponential sample of
+// 48 is skewed: its mean is covered a little less often than a Gaussian one.
 TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
+  constexpr int kImages = 120;
+  double inside = 0;
+  double inside_at_90 = 0;
   for (const core::Granularity granularity :
        {core::Granularity::kPixel, core::Granularity::kTile}) {
     Synthetic s = uneven_noise(AdaptiveType::kPilot);
@@ -249,8 +253,7 @@ TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
     s.sample = [](Random& r, int x, int) {
       return static_cast<float>((x < 20 ? 0.2 : 1.0) * exponential(r));
     };
-    double inside = 0;
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < kImages; ++i) {
       const auto picture = test_support::render(s, 48, static_cast<std::uint64_t>(i) + 1);
       const auto variance = core::layer_image(picture.snapshot, "variance");
       for (int t = 0; t < picture.film->tile_count(); ++t) {
@@ -265,12 +268,15 @@ TEST(AdaptiveTypes, TileIntervalsOfPilotCover) {
             reported += static_cast<double>(variance->values[3 * p + 1]);
           }
         }
-        inside += std::fabs(off) <= 1.959964 * std::sqrt(reported) ? 1.0 / 240 : 0;
+        inside += std::fabs(off) <= 1.959964 * std::sqrt(reported) ? 0.5 / (4 * kImages) : 0;
+        inside_at_90 += std::fabs(off) <= 1.644854 * std::sqrt(reported) ? 0.5 / (4 * kImages) : 0;
       }
     }
-    std::printf("    tiles covered %.1f %%\n", 100 * inside);
-    EXPECT_GE(inside, 0.90);
   }
+  std::printf("    tiles covered %.1f %%, at 90 %%: %.1f %%\n", 100 * inside, 100 * inside_at_90);
+  EXPECT_GE(inside, 0.926);
+  EXPECT_LE(inside, 0.974);
+  EXPECT_LT(inside_at_90, 0.926) << "intervals of 90% are detected";
 }
 
 }  // namespace

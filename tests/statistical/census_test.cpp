@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -260,6 +261,29 @@ TEST(LightNotFound, IsDetectedInAPictureThatIsTooDark) {
   const auto census = census_of(view, camera, 1 << 16);
   const auto light = core::light_not_found(*census, 1 << 16, *picture.film, view, 0.95);
   EXPECT_NEAR(light.detected, (0.875 - 0.5) / 0.5, 0.15);
+}
+
+// Where the open half has met all light, the held one meets none of it: 0 of n particles, whose
+// limit is 1 - alpha^(1 / n), with half of 1 - confidence for it and half for the test of tiles.
+TEST(LightNotFound, HasTheLimitOfItsConfidence) {
+  const core::View view = closed_sphere();
+  const auto picture = test_support::render(view, 8);
+  const core::Camera camera = still_camera(view);
+  constexpr int kParticles = 1 << 14;
+  const auto census = census_of(view, camera, kParticles);
+  for (int r = 0; r < LightRoute::kCount; ++r) {
+    const CensusHits hits = census->hits(0, LightRoute::at(r));
+    ASSERT_TRUE(hits.open > 0 || hits.pictured == 0) << r;
+  }
+  const auto mean = static_cast<double>(core::luminance(picture.mean()));
+  for (const auto& [confidence, alpha] : {std::pair(0.95, 0.025), std::pair(0.5, 0.25)}) {
+    const core::LightNotFound light =
+        core::light_not_found(*census, kParticles, *picture.film, view, confidence);
+    EXPECT_TRUE(light.tiles.empty());
+    const double limit = 1 - std::pow(alpha, 2.0 / kParticles);
+    EXPECT_NEAR(light.at_most / (census->picture_unit() * limit / mean), 1, 1e-5) << confidence;
+    EXPECT_EQ(light.confidence, confidence);
+  }
 }
 
 TEST(LightNotFound, ShrinksWithTheNumberOfParticles) {

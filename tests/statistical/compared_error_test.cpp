@@ -127,7 +127,8 @@ Measured measure(const Scene& scene, std::string_view integrator, const Fault& f
 constexpr double kRatioMost = 1.25;
 
 // Of 20 intervals that hold with a probability of 0.95, fewer than 16 hold in 0.3% of cases
-// (binomial); the seeds are fixed. A bracket covers more.
+// (binomial); the seeds are fixed. A bracket covers more; that it uses the quantile of its
+// confidence is tested in closed form (tests/unit/core/error_estimate_test.cpp, interval_test.cpp).
 void expect_true(const Measured& seen) {
   EXPECT_GE(seen.covered, 16);
   EXPECT_GT(seen.ratio, 1 / kRatioMost);

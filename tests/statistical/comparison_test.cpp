@@ -50,6 +50,12 @@ struct Summary {
   int bias_covered = 0;
 };
 
+/// Of 12 intervals that hold with a probability of 0.95, fewer than 9 hold in 0.2% of cases
+/// (binomial); the seeds are fixed. 12 renders cannot tell 90% from it: the quantiles have closed
+/// forms (tests/unit/core/interval_test.cpp), as does the variance of Gaussian noise
+/// (comparison_test.cpp, 1,600 intervals).
+constexpr int kCoveredLeast = 9;
+
 Summary null_pairs(core::SamplerType sampler, std::uint64_t pairs, int samples, float gain) {
   Summary summary;
   for (std::uint64_t pair = 0; pair < pairs; ++pair) {
@@ -81,8 +87,7 @@ TEST_P(NullComparison, HasItsStatedFalseAlarmRate) {
   // 0.09%.
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
   EXPECT_GT(summary.share.mean, 0.0002);
-  // Binomial of 12 with 0.95: six or more misses in one of 60,000.
-  EXPECT_GE(summary.bias_covered, 7);
+  EXPECT_GE(summary.bias_covered, kCoveredLeast);
 }
 
 INSTANTIATE_TEST_SUITE_P(Statistical, NullComparison,
@@ -97,7 +102,7 @@ TEST(Comparison, ZOfFewSamplesHasTheExpectedSpread) {
               100 * summary.share.mean);
   EXPECT_NEAR(summary.z_variance.mean, 1, 0.13);
   EXPECT_LT(summary.share.mean, 0.0027 + 0.0009);
-  EXPECT_GE(summary.bias_covered, 7);
+  EXPECT_GE(summary.bias_covered, kCoveredLeast);
 }
 
 // An emitter in the image: its pixels and the black ones around it have no noise, and the noise of
@@ -147,8 +152,8 @@ int correlated_pairs_covered(int replicates, float gain) {
 }
 
 TEST(Comparison, ReplicatesCoverTheBiasOfCorrelatedImages) {
-  EXPECT_GE(correlated_pairs_covered(2, 1), 7);
-  EXPECT_GE(correlated_pairs_covered(16, 1), 7);
+  EXPECT_GE(correlated_pairs_covered(2, 1), kCoveredLeast);
+  EXPECT_GE(correlated_pairs_covered(16, 1), kCoveredLeast);
 }
 
 TEST(Comparison, FindsAGainOfCorrelatedImages) {

@@ -123,7 +123,8 @@ Outcome measure(const Plan& plan, int trials = 200,
 }
 
 // For 200 trials a fraction of 95% has a standard deviation of 1.5%: below 90% in 0.1% of cases;
-// the seeds are fixed.
+// the seeds are fixed. The intervals are brackets, which cover more; that they use the quantile of
+// their confidence is tested in closed form (tests/unit/core/error_estimate_test.cpp).
 constexpr double kLeastCoverage = 0.90;
 
 TEST(ErrorEstimate, UpperEndHoldsForGaussianNoise) {
@@ -219,26 +220,40 @@ TEST(ErrorEstimate, IntervalsCoverForCorrelatedNeighbours) {
   EXPECT_LT(covered(16, core::PixelErrors::kIndependent), 0.75) << "the fault is detected";
 }
 
-// Pixels: pooled standard errors, 95% intervals, on average over the image; 50 x 4096 pixels.
-TEST(PixelError, IntervalsCover) {
-  for (const Plan& plan : {gaussian(0.1), half_black(gaussian(0.1)), rare_events(0.02)}) {
-    double inside = 0;
-    double all = 0;
-    for (int t = 0; t < 20; ++t) {
-      const FilmSnapshot film = draw(plan, static_cast<std::uint64_t>(t) + 1);
-      for (int y = 0; y < plan.height; ++y) {
-        for (int x = 0; x < plan.width; ++x) {
-          const auto p = core::pixel_error(film, x, y);
-          const auto mu = static_cast<float>(plan.mu(x, y));
-          inside += p.low.g <= mu && mu <= p.high.g ? 1 : 0;
-          all += 1;
-        }
+/// Fraction of the pixels of 20 images whose interval contains the truth; narrower: factor of the
+/// intervals' widths.
+double pixels_covered(const Plan& plan, double narrower = 1) {
+  double inside = 0;
+  double all = 0;
+  for (int t = 0; t < 20; ++t) {
+    const FilmSnapshot film = draw(plan, static_cast<std::uint64_t>(t) + 1);
+    for (int y = 0; y < plan.height; ++y) {
+      for (int x = 0; x < plan.width; ++x) {
+        const auto p = core::pixel_error(film, x, y);
+        const double middle = 0.5 * (static_cast<double>(p.low.g) + static_cast<double>(p.high.g));
+        const double reach = narrower * (static_cast<double>(p.high.g) - middle);
+        inside += std::fabs(middle - plan.mu(x, y)) <= reach + 1e-6 ? 1 : 0;
+        all += 1;
       }
     }
-    std::printf("    pixels covered %.2f %%\n", 100 * inside / all);
-    EXPECT_GE(inside / all, 0.90);
-    EXPECT_LE(inside / all, 0.99);
   }
+  std::printf("    pixels covered %.2f %%\n", 100 * inside / all);
+  return inside / all;
+}
+
+// Pooled standard errors, 95% intervals, on average over the image. 81,920 pixels in windows of 25
+// count at least as 3,277: a standard deviation of 0.38%, limits 4 of them away. Windows across the
+// edge of the black half have less noise than their brighter pixels, or black ones without any.
+TEST(PixelError, IntervalsCover) {
+  constexpr double kLeast = 0.935;
+  const double even = pixels_covered(gaussian(0.1));
+  EXPECT_GE(even, kLeast);
+  EXPECT_LE(even, 0.965);
+  EXPECT_GE(pixels_covered(half_black(gaussian(0.1))), kLeast);
+  EXPECT_GE(pixels_covered(rare_events(0.02)), kLeast);
+  // Student's t with 25 degrees of freedom: 90 over 95%.
+  EXPECT_LT(pixels_covered(gaussian(0.1), 1.708141 / 2.059539), kLeast)
+      << "intervals of 90% are detected";
 }
 
 }  // namespace

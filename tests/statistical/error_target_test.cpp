@@ -58,16 +58,18 @@ core::View small_lamps() {
   return view;
 }
 
+constexpr int kSeeds = 40;
+
 struct Targets {
   int runs = 0;       ///< not flagged as unreliable
   int met = 0;        ///< number of these that meet the target
   double median = 0;  ///< of the ratio of true error to target
+  double most = 0;
   double samples = 0;
 };
 
 /// share: ratio of the target to the error at 32 samples. bias: factor of the true error.
 Targets run(core::View view, double share, double bias = 1) {
-  constexpr int kSeeds = 40;
   view.settings.seed = 999;
   const double target = share * test_support::render(view, 32).progress.error.relative;
   core::View plain = view;
@@ -89,16 +91,18 @@ Targets run(core::View view, double share, double bias = 1) {
   }
   std::sort(ratios.begin(), ratios.end());
   out.median = ratios[ratios.size() / 2];
+  out.most = ratios.back();
   std::printf(
       "    target %.3f: met by %d of %d runs, %d unreliable; true error over target: median %.2f, "
       "most %.2f; %.0f samples\n",
-      target, out.met, out.runs, kSeeds - out.runs, out.median, ratios.back(), out.samples);
+      target, out.met, out.runs, kSeeds - out.runs, out.median, out.most, out.samples);
   return out;
 }
 
 // Of 40 runs that meet the target with probability 0.95, more than 5 miss it in 1.4% of cases
-// (binomial); the seeds are fixed.
-bool is_kept(const Targets& t) { return t.runs - t.met <= 5; }
+// (binomial); the seeds are fixed. The end of a bracket is met more often; that tasks stop by the
+// end of their confidence is tested in closed form (tests/unit/core/render_task_target_test.cpp).
+bool is_kept(const Targets& t) { return t.runs == kSeeds && t.met >= kSeeds - 5; }
 
 TEST(ErrorTarget, IsMetInARoom) {
   EXPECT_TRUE(is_kept(run(room(), 0.7)));
@@ -116,8 +120,12 @@ TEST(ErrorTarget, IsMetUnderASky) {
   EXPECT_TRUE(is_kept(run(sky_and_ball(), 0.7)));
   EXPECT_TRUE(is_kept(run(sky_and_ball(), 2))) << "with few samples";
 }
-// About 36 pixels carry the whole error.
-TEST(ErrorTarget, IsMetForSmallEmitters) { EXPECT_TRUE(is_kept(run(small_lamps(), 0.7))); }
+// About 36 pixels carry the whole error: every run is flagged, and meets the target all the same.
+TEST(ErrorTarget, IsMetForSmallEmittersAndFlagged) {
+  const Targets t = run(small_lamps(), 0.7);
+  EXPECT_EQ(t.runs, 0);
+  EXPECT_LE(t.most, 1);
+}
 TEST(ErrorTarget, IsMetForCaustics) {
   EXPECT_TRUE(is_kept(run(test_support::caustic(), 0.7)));
   EXPECT_TRUE(is_kept(run(test_support::caustic(), 2))) << "with few samples";

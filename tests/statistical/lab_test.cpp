@@ -275,6 +275,47 @@ TEST(LabFit, SlopeIntervalsOfNoisyPointsCover) {
   EXPECT_NEAR(static_cast<double>(covered) / kRuns, 0.95, 0.035);
 }
 
+/// Values of the replicates of the last run, which is on one thread.
+std::vector<double>& last_values() {
+  static std::vector<double> values;
+  return values;
+}
+
+// The interval of a run is that of its fit, with one degree of freedom less than it has replicates.
+TEST(LabFit, SlopeIntervalOfARunIsStudents) {
+  Experiment experiment = planted(&half, &root);
+  experiment.estimate = [](Trial& trial) {
+    const double value = mean_of(trial, [&] { return static_cast<double>(trial.get_4d(0).x); });
+    last_values().push_back(value);
+    return value;
+  };
+  for (const auto& [replicates, quantile] : {std::pair(9, 2.306004), std::pair(16, 2.131450)}) {
+    last_values().clear();
+    const core::lab::Outcome outcome =
+        run_all(default_setup(experiment), {.n = {64, 256, 1024}, .replicates = replicates})
+            .outcome;
+    const auto count = static_cast<std::size_t>(replicates);
+    ASSERT_EQ(last_values().size(), 3 * count);
+    std::vector<ErrorAt> points;
+    for (const std::int64_t n : kSomeN) {
+      std::vector<double> squares;
+      double sum = 0;
+      for (std::size_t r = 0; r < count; ++r) {
+        const double off = last_values()[points.size() * count + r] - 0.5;
+        squares.push_back(off * off);
+        sum += off * off;
+      }
+      points.push_back(
+          {static_cast<double>(n), std::sqrt(sum / replicates), log_rmse_variance(squares)});
+    }
+    const SlopeFit fit = fit_slope(points);
+    ASSERT_TRUE(outcome.slope_interval);
+    EXPECT_NEAR(*outcome.slope, fit.slope, 1e-12);
+    EXPECT_NEAR(outcome.slope_interval->high - fit.slope, quantile * fit.standard_error, 1e-6);
+    EXPECT_NEAR(fit.slope - outcome.slope_interval->low, quantile * fit.standard_error, 1e-6);
+  }
+}
+
 TEST(LabVerdict, KeepsItsStatedErrorRateWithFewReplicates) {
   const LabSetup setup = setup_of("pi", "hit");
   int wrong = 0;

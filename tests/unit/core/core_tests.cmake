@@ -22,6 +22,7 @@ set(CORE_TEST_SOURCES
   half_picture_test.cpp
   holes_test.cpp
   integrators_test.cpp
+  interval_test.cpp
   first_surfaces_test.cpp
   labels_test.cpp
   light_shares_test.cpp

@@ -2,6 +2,7 @@
 #include "core/render/task/pass_policy.h"
 
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -173,6 +174,27 @@ TEST(PassPolicy, ReportsTheNextErrorCheckThatMayEndAJob) {
   EXPECT_EQ(by.stop_at(1e9), 100);
   EXPECT_EQ(by.stop_at(std::numeric_limits<double>::infinity()), 100);
   EXPECT_EQ(by.stop_at(std::numeric_limits<double>::quiet_NaN()), 100);
+}
+
+// One tile of 1,024 pixels: grain 0.05, doubt 1/8, z = q sqrt(2 * 2) / 1024.
+TEST(PassPolicy, ErrorsAreBoundedWithTheConfidenceOfTheJob) {
+  core::TileSums sums;
+  sums.pixels = 1024;
+  sums.grain = 1024 * 0.05;
+  sums.squares = 2;
+  sums.doubt = 128;
+  sums.has_halves = true;
+  const core::ErrorEstimate check(std::vector{sums}, core::PixelErrors::kIndependent);
+  StopRules stop = error_target(0.01);
+  for (const auto& [confidence, quantile] :
+       {std::pair(0.5, 0.674490), std::pair(0.95, 1.959964), std::pair(0.999, 3.290527)}) {
+    stop.confidence = confidence;
+    for (const bool worst_tile : {false, true}) {
+      stop.worst_tile = worst_tile;
+      EXPECT_NEAR(policy(stop).error_bound(check), 0.05 + 0.125 + quantile * 2 / 1024, 1e-8)
+          << confidence;
+    }
+  }
 }
 
 }  // namespace

@@ -61,6 +61,25 @@ TEST(RenderTaskProgress, OfAnErrorTargetDoesNotDecrease) {
   }
 }
 
+// The same film at each confidence: z grows as the normal quantile.
+TEST(RenderTaskTarget, ErrorHasTheConfidenceOfTheJob) {
+  const core::View view = small_view();
+  const auto renderer = renderer_of(view);
+  std::vector<double> reaches;
+  for (const double confidence : {0.5, 0.95, 0.999}) {
+    SilentSink sink;
+    core::TaskOptions options;
+    options.stop.samples_per_pixel = 8;
+    options.stop.confidence = confidence;
+    core::RenderTask task(renderer, std::make_shared<core::Film>(view.settings), options, sink);
+    core::run_to_end(task, 2);
+    reaches.push_back(task.progress().error.reach);
+  }
+  ASSERT_GT(reaches[1], 0);
+  EXPECT_NEAR(reaches[0] / reaches[1], 0.674490 / 1.959964, 1e-5);
+  EXPECT_NEAR(reaches[2] / reaches[1], 3.290527 / 1.959964, 1e-5);
+}
+
 /// A process may end between the last slice of a pass and the decision that follows it.
 TEST(RenderTaskTarget, IsDecidedAfterARestartAtTheCheckThatMeetsIt) {
   const core::View view = small_view();

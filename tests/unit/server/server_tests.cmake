@@ -17,6 +17,7 @@ set(SERVER_TEST_SOURCES
   job_service_test.cpp
   lease_table_test.cpp
   memory_test.cpp
+  pilot_test.cpp
   scene_service_test.cpp
   scheduler_test.cpp
   server_test_support.cpp

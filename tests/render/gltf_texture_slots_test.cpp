@@ -1,5 +1,6 @@
 // Every texture of glTF's materials against its factors: a texture of one texel looks as if the
-// factors were multiplied by those channels of the texel that glTF 2.0 and the KHR extensions name.
+// factors were multiplied by those channels of the texel that glTF 2.0 and the KHR extensions name,
+// and one of many cells as if by the cell that its coordinates and its transform lead to.
 // The rows are checked against the schema that the loader reads by, so that a new texture without a
 // row fails.
 #include <algorithm>
@@ -222,6 +223,73 @@ TEST(GltfTextureSlots, ATextureCountsAsItsTexelInTheFactors) {
     SceneDescription by_factors = stage_of(row);
     row.apply(by_factors, row.texel);
     EXPECT_LT(difference(seen, shown(by_factors)), 1e-3F) << row.name;
+  }
+}
+
+/// Cells of an image, a side.
+constexpr int kCells = 4;
+constexpr int kCellPx = 4;
+
+/// An image with the texel in the cell of column and row 2, and its complement in all others.
+int add_cells(SceneDescription& scene, const Texel& texel) {
+  std::vector<int> values;
+  for (int y = 0; y < kCells * kCellPx; ++y) {
+    for (int x = 0; x < kCells * kCellPx; ++x) {
+      const bool is_cell = x / kCellPx == 2 && y / kCellPx == 2;
+      for (const int channel : texel) {
+        values.push_back(is_cell ? channel : 255 - channel);
+      }
+    }
+  }
+  return test_support::add_image(scene, kCells * kCellPx, kCells * kCellPx, 4, values);
+}
+
+/// Texture coordinates within a hundredth around the centre of a cell, v downwards.
+std::vector<core::Vec2> cell_uv(int column, int row) {
+  const float u = (static_cast<float>(column) + 0.5F) / kCells;
+  const float v = (static_cast<float>(row) + 0.5F) / kCells;
+  return {{u - 0.01F, v + 0.01F},
+          {u + 0.01F, v + 0.01F},
+          {u + 0.01F, v - 0.01F},
+          {u - 0.01F, v - 0.01F}};
+}
+
+/// Set 0 is in cell (0, 0), set 1 in (1, 0); u + 1/4 and 3 v + 1/4 take set 1 to (2, 2). Without
+/// the set it would be (1, 2), without the offset (1, 1), without the scale (2, 1).
+SceneDescription placed(const Row& row, int uv_set, const std::array<float, 6>& transform) {
+  SceneDescription scene = stage_of(row);
+  scene.meshes[0].primitives[0].uv = {cell_uv(0, 0), cell_uv(1, 0)};
+  TextureDescription& texture = material(scene).*row.texture;
+  texture.image = add_cells(scene, row.texel);
+  texture.nearest = true;
+  texture.uv_set = uv_set;
+  texture.uv_transform = transform;
+  return scene;
+}
+constexpr std::array<float, 6> kTransform = {1, 0, 0.25F, 0, 3, 0.25F};
+
+TEST(GltfTextureSlots, EveryTextureIsReadFromItsSetThroughItsTransform) {
+  for (const Row& row : rows()) {
+    SceneDescription by_factors = stage_of(row);
+    row.apply(by_factors, row.texel);
+    EXPECT_LT(difference(shown(placed(row, 1, kTransform)), shown(by_factors)), 1e-3F) << row.name;
+  }
+}
+
+// The test above could not tell a lost set, offset or scale if it looked the same.
+TEST(GltfTextureSlots, ALostSetOrPartOfATransformIsSeen) {
+  for (const Row& row : rows()) {
+    if (row.is_known_unused) {
+      continue;
+    }
+    const std::array<Rgb, 2> right = shown(placed(row, 1, kTransform));
+    const auto seen = [&](int uv_set, const std::array<float, 6>& transform) {
+      return difference(right, shown(placed(row, uv_set, transform)));
+    };
+    EXPECT_GT(seen(0, kTransform), 0.01F) << row.name << ": the set";
+    EXPECT_GT(seen(1, {1, 0, 0.25F, 0, 1, 0.25F}), 0.01F) << row.name << ": the scale";
+    EXPECT_GT(seen(1, {1, 0, 0, 0, 3, 0}), 0.01F) << row.name << ": the offset";
+    EXPECT_GT(seen(1, {1, 0, 0, 0, 1, 0}), 0.01F) << row.name << ": the transform";
   }
 }
 

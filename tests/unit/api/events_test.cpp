@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job/examples.h"
+#include "tests/support/enumerators.h"
 
 namespace {
 
@@ -21,6 +22,12 @@ TEST(Events, HaveTheDocumentedNames) {
   EXPECT_EQ(api::to_text(api::EventType::kEnd), "end");
   EXPECT_EQ(api::to_text(api::EventType::kReset), "reset");
   EXPECT_EQ(api::to_text(api::EventType::kOverloaded), "overloaded");
+}
+
+TEST(Events, HaveNamesThatAreReadBack) {
+  for (const auto type : test_support::enumerators<api::EventType>()) {
+    EXPECT_EQ(api::event_type_from_text(api::to_text(type)), type);
+  }
 }
 
 TEST(Events, StateWarningAndEndAreDurable) {

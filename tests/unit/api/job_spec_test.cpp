@@ -306,10 +306,13 @@ TEST(JobSpec, RoundsSampleCountsWithAWarning) {
   EXPECT_EQ(most->spec.stop.samples_per_pixel, 51200) << "units of 25 x 16 x 64; two of them";
 }
 
-TEST(JobSpec, NullRemovesTheExponent) {
-  const api::JobSpec spec =
-      spec_of(R"({"scene":"x","estimator":{"mis":{"type":"balance","exponent":null}}})");
-  EXPECT_EQ(api::dump(api::to_json(spec)["estimator"]["mis"]), R"({"type":"balance"})");
+TEST(JobSpec, NullStandsForNoExponent) {
+  const auto mis = [](const std::string& type) {
+    return api::to_json(spec_of(R"({"scene":"x","estimator":{"mis":{"type":")" + type +
+                                R"(","exponent":null}}})"))["estimator"]["mis"];
+  };
+  EXPECT_EQ(api::dump(mis("balance")), R"({"type":"balance"})");
+  EXPECT_EQ(mis("power")["exponent"], 2) << "the default";
 }
 
 TEST(JobSpec, CountsCharactersNotBytes) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -11,10 +12,13 @@
 #include "api/answers/views.h"
 #include "api/job/examples.h"
 #include "api/json/errors.h"
+#include "core/base/statistics.h"
+#include "tests/support/enumerators.h"
 
 namespace {
 
 using api::Json;
+using test_support::enumerators;
 
 Json parsed(const std::string& text) { return Json::parse(text); }
 
@@ -194,13 +198,17 @@ TEST(JobList, ContainsTheCursor) {
 }
 
 TEST(StateNames, RoundTrip) {
-  for (int i = 0; i <= static_cast<int>(api::JobState::kCancelled); ++i) {
-    const auto state = static_cast<api::JobState>(i);
+  for (const auto state : enumerators<api::JobState>()) {
     EXPECT_EQ(api::job_state_from_text(api::to_text(state)), state);
+    EXPECT_FALSE(api::to_text(state).empty());
   }
-  for (int i = 0; i <= static_cast<int>(core::StopReason::kFailed); ++i) {
-    const auto reason = static_cast<core::StopReason>(i);
+  for (const auto reason : enumerators<core::StopReason>()) {
     EXPECT_EQ(api::stop_reason_from_text(api::to_text(reason)), reason);
+    EXPECT_EQ(api::to_text(reason).empty(), reason == core::StopReason::kNone);
+  }
+  for (const auto reason : enumerators<api::PauseReason>()) {
+    EXPECT_EQ(api::pause_reason_from_text(api::to_text(reason)), reason);
+    EXPECT_EQ(api::to_text(reason).empty(), reason == api::PauseReason::kNone);
   }
   EXPECT_EQ(api::to_text(core::StopReason::kSamples), "samples_per_pixel");
   EXPECT_EQ(api::to_text(core::StopReason::kRelativeError), "relative_error");
@@ -241,6 +249,36 @@ TEST(Slope, HasStudentsInterval) {
   EXPECT_NEAR(slope.value, 1.5, 1e-12);
   EXPECT_NEAR(slope.high - slope.value, 11.0039, 1e-3);
   EXPECT_NEAR(slope.value - slope.low, 11.0039, 1e-3);
+}
+
+// The quantile has another implementation in core, which has its own closed forms. Here: a table of
+// four decimals up to 10 degrees of freedom, an expansion beyond.
+TEST(Slope, HasStudentsIntervalForEveryNumberOfPoints) {
+  for (int points = 3; points <= 64; ++points) {
+    std::vector<std::pair<int, double>> values;
+    double mean_x = 0;
+    double mean_y = 0;
+    for (int i = 0; i < points; ++i) {
+      values.emplace_back(i + 1, std::exp(i % 4 == 1 || i % 4 == 2 ? -0.1 : 0.1));
+      mean_x += std::log(values.back().first) / points;
+      mean_y += std::log(values.back().second) / points;
+    }
+    double xx = 0;
+    double xy = 0;
+    double yy = 0;
+    for (const auto& [n, error] : values) {
+      const double x = std::log(n) - mean_x;
+      const double y = std::log(error) - mean_y;
+      xx += x * x;
+      xy += x * y;
+      yy += y * y;
+    }
+    const double standard_error = std::sqrt((yy - xy * xy / xx) / (points - 2) / xx);
+    const api::Slope slope = api::fit_slope(points_of(values));
+    EXPECT_NEAR((slope.high - slope.value) / standard_error,
+                core::student_t_quantile(0.975, points - 2), 2e-4)
+        << points;
+  }
 }
 
 TEST(Slope, IgnoresUnknownErrorsAndReportsTooFewPoints) {

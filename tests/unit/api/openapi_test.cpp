@@ -19,6 +19,7 @@
 #include "api/lab.h"
 #include "api/operations.h"
 #include "api/requests.h"
+#include "tests/support/enumerators.h"
 #include "tests/unit/api/schema_check.h"
 
 namespace {
@@ -165,11 +166,11 @@ TEST(OpenApi, ExampleRequestsAreAccepted) {
 }
 
 TEST(OpenApi, AnswersAreValidInEveryState) {
-  for (int state = 0; state <= static_cast<int>(api::JobState::kCancelled); ++state) {
-    for (int reason = 0; reason <= static_cast<int>(core::StopReason::kFailed); ++reason) {
+  for (const auto state : test_support::enumerators<api::JobState>()) {
+    for (const auto reason : test_support::enumerators<core::StopReason>()) {
       api::JobView job;
-      job.state = static_cast<api::JobState>(state);
-      job.stop_reason = static_cast<core::StopReason>(reason);
+      job.state = state;
+      job.stop_reason = reason;
       job.spec.scene = "x";
       job.queue_position = 3;
       job.finished_at_unix_seconds = 5;

@@ -36,6 +36,7 @@ set(CORE_TEST_SOURCES
   photon_map_test.cpp
   render_task_target_test.cpp
   render_task_test.cpp
+  registry_test.cpp
   replicate_fit_test.cpp
   reference_images_test.cpp
   reservoir_test.cpp

@@ -9,6 +9,7 @@
 
 #include "core/math/lane_math.h"
 #include "core/samplers/path_sampler.h"
+#include "core/settings/registry.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_environment.h"
 #include "core/wave/lane_sampler.h"
@@ -158,16 +159,42 @@ TEST(WaveLanes, SampleTheSkyLikeTheScalarCode) {
   EXPECT_LE(worst_of_sky(false), 1e-3F);
 }
 
+/// Each type of camera, with each of what it may have: a lens, a distortion.
+std::vector<core::CameraSettings> every_camera() {
+  std::vector<core::CameraSettings> all;
+  for (const auto& row : core::camera_types()) {
+    core::CameraSettings settings;
+    settings.type = row.value;
+    settings.position = Vec3{1, 2, 3};
+    settings.target = Vec3{0.2F, 0.1F, 0};
+    if (row.value != core::CameraType::kPinhole) {
+      all.push_back(settings);
+      if (row.value == core::CameraType::kPerspective) {
+        all.push_back(settings);
+        all.back().aperture_radius_m = 0.1F;
+        all.back().focus_distance_m = 2;
+      }
+      continue;
+    }
+    settings.fx_px = 50;
+    settings.cx_px = 20;
+    for (const auto& model : core::distortion_models()) {
+      all.push_back(settings);
+      if (model.value != core::DistortionModel::kNone) {
+        all.back().distortion = {model.value, {-0.05, 0.01, 0.002, -0.001}};
+      }
+    }
+  }
+  return all;
+}
+
 TEST(WaveLanes, StartTheRaysOfEveryCamera) {
-  for (const bool has_lens : {false, true}) {
+  const std::vector<core::CameraSettings> cameras = every_camera();
+  EXPECT_GE(cameras.size(), 7U);
+  for (const core::CameraSettings& settings : cameras) {
     for (const auto filter : {core::FilterType::kBox, core::FilterType::kMitchell}) {
-      core::CameraSettings settings;
-      settings.position = Vec3{1, 2, 3};
-      settings.target = Vec3{0.2F, 0.1F, 0};
-      settings.aperture_radius_m = has_lens ? 0.1F : 0.0F;
-      settings.focus_distance_m = 2;
       const auto camera = core::Camera::create(settings, {}, {{-1, -1, -1}, {1, 1, 1}}, 64, 48);
-      ASSERT_TRUE(camera);
+      ASSERT_TRUE(camera) << camera.error().message;
       const core::FilterSampler sampler({filter, 1.5F});
       std::array<core::DueSample, 8> due{};
       core::Vec4s<8> u;
@@ -185,10 +212,15 @@ TEST(WaveLanes, StartTheRaysOfEveryCamera) {
         const auto one = camera->ray({static_cast<float>(due[k].x) + 0.5F + at.offset_px.x,
                                       static_cast<float>(due[k].y) + 0.5F + at.offset_px.y},
                                      {u.z.v[k], u.w.v[k]});
-        EXPECT_NEAR(rays.direction.lane(k).x, one.ray.direction.x, 1e-6F);
-        EXPECT_NEAR(rays.direction.lane(k).y, one.ray.direction.y, 1e-6F);
-        EXPECT_NEAR(rays.origin.lane(k).z, one.ray.origin.z, 1e-6F);
+        SCOPED_TRACE(static_cast<int>(*settings.type));
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_NEAR(rays.direction.lane(k)[c], one.ray.direction[c], 1e-6F);
+          EXPECT_NEAR(rays.origin.lane(k)[c], one.ray.origin[c], 1e-6F);
+        }
         EXPECT_EQ(rays.spread_rad.v[k], one.spread_rad);
+        EXPECT_EQ(rays.width_m.v[k], one.width_m);
+        EXPECT_EQ(rays.start_m.v[k], one.start_m);
+        EXPECT_EQ(rays.t_max.v[k], one.ray.t_max);
         EXPECT_NEAR(rays.weight.v[k], at.weight, 1e-6F);
       }
     }

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/lights/ies_profile.h"
 #include "core/lights/made_environment.h"
 #include "core/math/numbers.h"
 #include "core/scene/ground.h"
@@ -19,14 +20,20 @@
 #include "core/wave/wave_tracer.h"
 #include "tests/support/differing_pixels.h"
 #include "tests/support/scenes.h"
-#include "tests/support/statistics.h"
+#include "tests/unit/core/random_materials.h"
 
 namespace {
 
 using core::MaterialDescription;
 using core::Rgb;
 using core::Vec3;
-using test_support::Random;
+using test_support::Draw;
+using test_support::Drawn;
+using test_support::kFilm;
+using test_support::kGlass;
+using test_support::Kind;
+using test_support::kKinds;
+using test_support::kWalls;
 
 constexpr int kSettings = 200;
 constexpr int kOneKindSettings = 60;
@@ -38,35 +45,6 @@ constexpr int kFullWaves = 8;
 /// Of a picture: rounding sends one path in ten thousand elsewhere, more of long ones through
 /// glass.
 constexpr std::size_t kPixelsMost = 8;
-
-/// Which surfaces are drawn.
-enum class Drawn {
-  kAll,
-  kSolids,  ///< the closed ones are boundaries of solids
-  kWalls,   ///< most transmit, without a solid
-  kFilms    ///< most have a film
-};
-
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  bool often(float share) { return random_.uniform() < share; }
-  float between(float low, float high) { return low + (high - low) * random_.uniform(); }
-  int below(int count) { return static_cast<int>(random_.bits() % static_cast<unsigned>(count)); }
-  Rgb color() { return {between(0.1F, 1), between(0.1F, 1), between(0.1F, 1)}; }
-  template <typename T, std::size_t N>
-  T one_of(const std::array<T, N>& values) {
-    return values[static_cast<std::size_t>(below(static_cast<int>(N)))];
-  }
-  /// Adds a word to the description of what was drawn.
-  Drawn drawn = Drawn::kAll;  ///< others without a catcher
-  void say(const std::string& word) { words_ += (words_.empty() ? "" : ", ") + word; }
-  const std::string& words() const { return words_; }
-
- private:
-  Random random_;
-  std::string words_;
-};
 
 /// What is drawn, with one fault if asked: the planted ones that a comparison must see.
 enum class Fault {
@@ -83,6 +61,8 @@ enum class Fault {
   kTiltedNormals,
   kOneBounceLess,
   kDimLights,
+  kDimProfiles,
+  kOtherLens,
   kOtherShadows,
   kOneCandidateMore,
   kOtherMotion,
@@ -90,157 +70,6 @@ enum class Fault {
   kOtherPhase,
   kNoSpectrum
 };
-
-struct Kind {
-  const char* name;
-  void (*make)(MaterialDescription& m, Draw& draw);
-};
-constexpr std::array kKinds = {
-    Kind{"lambert",
-         [](MaterialDescription& m, Draw&) {
-           m.specular = 0;
-           m.roughness = 1;
-         }},
-    Kind{"plastic", [](MaterialDescription& m, Draw& draw) { m.ior = draw.between(1.3F, 2); }},
-    Kind{"metal", [](MaterialDescription& m, Draw&) { m.metallic = 1; }},
-    Kind{"half metal",
-         [](MaterialDescription& m, Draw& draw) {
-           m.metallic = draw.between(0.2F, 0.8F);
-           m.specular = draw.between(0, 1);
-           m.specular_color = draw.color();
-         }},
-    Kind{"mirror",
-         [](MaterialDescription& m, Draw& draw) {
-           m.metallic = draw.often(0.5F) ? 1.0F : 0.0F;
-           m.roughness = 0;
-         }},
-    Kind{"brushed metal",
-         [](MaterialDescription& m, Draw& draw) {
-           m.metallic = 1;
-           m.anisotropy = draw.between(0.3F, 1);
-           m.anisotropy_rotation_rad = draw.between(0, 3);
-         }},
-    Kind{"coat",
-         [](MaterialDescription& m, Draw& draw) {
-           m.clearcoat = draw.between(0.3F, 1);
-           m.clearcoat_roughness = draw.often(0.5F) ? 0 : draw.between(0.1F, 0.6F);
-           m.clearcoat_normal_scale = draw.between(0.2F, 1);
-           m.metallic = draw.often(0.3F) ? 1.0F : 0.0F;
-         }},
-    Kind{"coated lamp",
-         [](MaterialDescription& m, Draw& draw) {
-           m.clearcoat = draw.between(0.3F, 1);
-           m.emissive = draw.color() * draw.between(0.2F, 3);
-         }},
-    Kind{"cloth",
-         [](MaterialDescription& m, Draw& draw) {
-           m.sheen_color = draw.color();
-           m.sheen_roughness = draw.between(0.2F, 1);
-           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
-         }},
-    Kind{"film",
-         [](MaterialDescription& m, Draw& draw) {
-           m.iridescence = draw.between(0.3F, 1);
-           m.metallic = draw.often(0.5F) ? 1.0F : 0.0F;
-         }},
-    Kind{"leaf",
-         [](MaterialDescription& m, Draw& draw) {
-           m.diffuse_transmission = draw.between(0.2F, 0.9F);
-           m.diffuse_transmission_color = draw.color();
-         }},
-    Kind{"thin glass",
-         [](MaterialDescription& m, Draw& draw) {
-           m.transmission = draw.between(0.6F, 1);
-           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 0.6F);
-         }},
-    Kind{"solid glass",
-         [](MaterialDescription& m, Draw& draw) {
-           m.transmission = 1;
-           m.thickness = 1;
-           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 0.6F);
-           m.attenuation_distance = draw.often(0.5F) ? 0.4F : 0.0F;
-           m.attenuation_color = draw.color();
-         }},
-    Kind{"holes",
-         [](MaterialDescription& m, Draw& draw) {
-           m.alpha_mode = core::AlphaMode::kMask;
-           m.base_alpha = draw.between(0.5F, 1);
-         }},
-    Kind{"blended",
-         [](MaterialDescription& m, Draw& draw) {
-           m.alpha_mode = core::AlphaMode::kBlend;
-           m.base_alpha = draw.between(0.2F, 1);
-         }},
-    Kind{"glow",
-         [](MaterialDescription& m, Draw& draw) {
-           m.emissive = draw.color() * draw.between(0.2F, 3);
-           m.double_sided = draw.often(0.5F);
-         }},
-    Kind{"unlit", [](MaterialDescription& m, Draw&) { m.unlit = true; }},
-};
-
-constexpr std::array kGlass = {
-    Kind{"tinted glass",
-         [](MaterialDescription& m, Draw& draw) {
-           m.transmission = 1;
-           m.thickness = 1;
-           m.roughness = draw.often(0.5F) ? 0 : 0.2F;
-           m.attenuation_distance = draw.between(0.2F, 0.6F);
-           m.attenuation_color = draw.color();
-         }},
-    Kind{"unusual glass",
-         [](MaterialDescription& m, Draw& draw) {
-           m.transmission = draw.between(0.3F, 1);
-           m.thickness = 1;
-           m.ior = draw.between(1.1F, 2);
-           m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
-           m.metallic = draw.often(0.3F) ? 0.4F : 0.0F;
-           m.specular = draw.often(0.5F) ? draw.between(0, 1) : 1.0F;
-           m.specular_color = draw.often(0.5F) ? draw.color() : Rgb{1, 1, 1};
-           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
-           m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
-           m.sheen_roughness = 0.5F;
-         }},
-};
-
-constexpr std::array kWalls = {
-    Kind{"pane",
-         [](MaterialDescription& m, Draw& draw) {
-           m.transmission = draw.between(0.3F, 1);
-           m.roughness = draw.often(0.6F) ? 0 : draw.between(0.1F, 1);
-           m.ior = draw.between(1, 2);
-           m.metallic = draw.often(0.2F) ? 0.4F : 0.0F;
-           m.specular = draw.often(0.3F) ? draw.between(0, 1) : 1.0F;
-           m.specular_color = draw.often(0.3F) ? draw.color() : Rgb{1, 1, 1};
-           m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
-           m.clearcoat_roughness = draw.often(0.5F) ? 0 : 0.3F;
-           m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
-           m.sheen_roughness = 0.5F;
-           m.diffuse_transmission = draw.often(0.2F) ? 0.5F : 0.0F;
-           m.anisotropy = draw.often(0.2F) ? 0.7F : 0.0F;
-         }},
-    Kind{"leaf",
-         [](MaterialDescription& m, Draw& draw) {
-           m.diffuse_transmission = draw.between(0.2F, 1);
-           m.diffuse_transmission_color = draw.color();
-           m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
-           m.specular = draw.often(0.3F) ? 0 : 1.0F;
-           m.clearcoat = draw.often(0.2F) ? draw.between(0.3F, 1) : 0.0F;
-         }},
-};
-
-constexpr Kind kFilm = {"soap", [](MaterialDescription& m, Draw& draw) {
-                          m.iridescence = draw.between(0.3F, 1);
-                          m.iridescence_ior = draw.between(1.1F, 2.2F);
-                          m.iridescence_thickness_max_nm = draw.between(50, 900);
-                          m.metallic = draw.often(0.4F) ? draw.between(0.3F, 1) : 0.0F;
-                          m.roughness = draw.often(0.3F) ? 0 : draw.between(0.1F, 1);
-                          m.specular = draw.often(0.3F) ? draw.between(0, 1) : 1.0F;
-                          m.specular_color = draw.often(0.3F) ? draw.color() : Rgb{1, 1, 1};
-                          m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
-                          m.sheen_color = draw.often(0.2F) ? draw.color() : Rgb{};
-                          m.sheen_roughness = 0.5F;
-                        }};
 
 /// Noise in bytes or floats.
 int add_image(core::SceneDescription& scene, Draw& draw) {
@@ -446,7 +275,25 @@ void add_shapes(core::SceneDescription& scene, Draw& draw, Fault fault, bool has
   }
 }
 
-void add_lights(core::SceneDescription& scene, Draw& draw, Fault fault) {
+/// A profile of random candela, in one of the three coordinate systems.
+std::shared_ptr<const core::IesProfile> profile(Draw& draw, Fault fault) {
+  core::IesProfile::Grid grid;
+  grid.photometry = static_cast<core::Photometry>(1 + draw.below(3));
+  grid.theta_rad = {0.2F, 0.7F, 1.6F, core::kPi};
+  grid.phi_rad = {0, 1.5F, 4, core::kTwoPi};
+  for (std::size_t phi = 0; phi < grid.phi_rad.size(); ++phi) {
+    for (std::size_t theta = 0; theta < grid.theta_rad.size(); ++theta) {
+      const bool repeats = phi + 1 == grid.phi_rad.size();
+      grid.candela.push_back(repeats ? grid.candela[theta]
+                                     : draw.between(0.2F, 2) *
+                                           (fault == Fault::kDimProfiles ? 0.9F : 1.0F));
+    }
+  }
+  return std::make_shared<const core::IesProfile>(std::move(grid));
+}
+
+/// more: leaves the other draws as they are.
+void add_lights(core::SceneDescription& scene, Draw& draw, Draw& more, Fault fault) {
   const float scale = fault == Fault::kDimLights ? 0.98F : 1.0F;
   const auto add = [&](core::PrimitiveDescription shape, Rgb radiance) {
     shape.material = static_cast<int>(scene.materials.size());
@@ -479,6 +326,12 @@ void add_lights(core::SceneDescription& scene, Draw& draw, Fault fault) {
     lamp.outer_cone_rad = 1.2F;
     // Tilted: a light in the plane of a wall is above or below it by rounding.
     lamp.to_world = {{1, 0, 0}, {0, 0.6F, -0.8F}, {0, 0.8F, 0.6F}, {draw.between(-1, 1), 2, 0.3F}};
+    if (more.often(0.4F)) {
+      lamp.type = core::PunctualType::kProfile;
+      lamp.profile = static_cast<int>(scene.profiles.size());
+      scene.profiles.push_back(profile(more, fault));
+      more.say("profile");
+    }
     scene.lights.push_back(lamp);
   }
   draw.say(std::to_string(quads) + " quads" + (has_ball ? ", a ball" : "") + " and " +
@@ -519,7 +372,8 @@ std::shared_ptr<const core::Environment> sky(Draw& draw, Fault fault) {
   return *core::Environment::create(&image, settings, has_sun ? &sun : nullptr);
 }
 
-void set_camera(core::View& view, Draw& draw) {
+/// more: leaves the other draws as they are.
+void set_camera(core::View& view, Draw& draw, Draw& more, Fault fault) {
   const bool looks_up = draw.often(0.3F);
   view.camera.position = Vec3{draw.between(-0.7F, 0.7F), draw.between(0.6F, 1.5F), 2.8F};
   view.camera.target = looks_up ? Vec3{0, 1.6F, 0} : Vec3{0.1F, 0.5F, 0};
@@ -533,7 +387,11 @@ void set_camera(core::View& view, Draw& draw) {
     view.camera.type = core::CameraType::kPinhole;
     view.camera.fx_px = kSide / (2 * std::tan(fov_degrees * (core::kPi / 360)));
     view.camera.cx_px = 0.3 * kSide;
-    if (fov_degrees > 40) {
+    if (more.often(0.5F)) {
+      const double k1 = fault == Fault::kOtherLens ? 0.1 : -0.05;
+      view.camera.distortion = {core::DistortionModel::kFisheye, {k1, 0.01, -0.002, 0.001}};
+      more.say("fisheye");
+    } else if (fov_degrees > 40) {
       view.camera.distortion = {core::DistortionModel::kOpencv, {-0.05, 0.01, 0.002, -0.001}};
     }
   } else {
@@ -634,14 +492,15 @@ Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, Drawn drawn = Dr
   const bool is_caught = draw.often(0.3F) && drawn == Drawn::kAll;
   const core::GroundSettings below = is_caught ? ground(draw, fault) : core::GroundSettings{};
   Draw more(~seed);  // leaves the other draws as they are
+  Draw still_more(~seed / 2);
   const bool is_open = more.often(0.25F);
   add_shapes(scene, draw, fault, !is_caught, is_open ? &more : nullptr);
-  add_lights(scene, draw, fault);
+  add_lights(scene, draw, still_more, fault);
   auto environment = sky(draw, fault);
   core::add_ground(scene, below);
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
   view.environment = std::move(environment);
-  set_camera(view, draw);
+  set_camera(view, draw, still_more, fault);
   view.settings.ground = below;
   view.settings.shutter_seconds = is_open ? 1 : 0;
   set_options(view.settings, draw, fault);
@@ -650,6 +509,7 @@ Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, Drawn drawn = Dr
       core::has_catcher(view.settings) && core::is_transparent(view.settings);
   view.settings.seed = seed;
   draw.say(more.words());
+  draw.say(still_more.words());
   return {draw.words(), std::move(view)};
 }
 
@@ -786,6 +646,8 @@ TEST(WaveProduct, SeesPlantedFaults) {
         Planted{"tilted normals", Fault::kTiltedNormals, 3},
         Planted{"one bounce less", Fault::kOneBounceLess, 3},
         Planted{"dim lights", Fault::kDimLights, 4},
+        Planted{"dim profiles", Fault::kDimProfiles, 1},
+        Planted{"other lens", Fault::kOtherLens, 1},
         Planted{"other shadows", Fault::kOtherShadows, 1},
         Planted{"one candidate more", Fault::kOneCandidateMore, 1},
         Planted{"other motion", Fault::kOtherMotion, 2},

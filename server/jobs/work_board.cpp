@@ -81,7 +81,7 @@ core::Result<api::WorkerOrders> WorkBoard::report(const Sender& sender,
                                                   const api::WorkerReport& report) {
   const core::MutexLock lock(mutex_);
   const std::size_t before = table_.worker_count();
-  auto orders = table_.report(sender, report, Clock::now(), unix_now());
+  auto orders = table_.report(sender, report, options_.now(), unix_now());
   if (table_.worker_count() > before) {
     wake();
   }
@@ -93,7 +93,7 @@ core::Result<std::string> WorkBoard::lease(const std::string& name, const Sender
   std::vector<core::Slice> slices;
   {
     const core::MutexLock lock(mutex_);
-    const auto unit = table_.lease(name, sender, Clock::now());
+    const auto unit = table_.lease(name, sender, options_.now());
     if (!unit) {
       return unit.error();
     }
@@ -157,11 +157,11 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
   {
     const core::MutexLock lock(mutex_);
     if (!work) {
-      table_.refuse_result(name, sender.worker, work.error().message, Clock::now());
+      table_.refuse_result(name, sender.worker, work.error().message, options_.now());
       return work.error();
     }
     auto taken =
-        table_.take_result(name, sender.worker, *std::move(work), result.size(), Clock::now());
+        table_.take_result(name, sender.worker, *std::move(work), result.size(), options_.now());
     if (!taken) {
       return taken.error();
     }
@@ -187,7 +187,7 @@ void WorkBoard::accept(const std::string& name, RenderRun& run, LeaseTable::Work
 Status WorkBoard::hand_back(const std::string& name, const Sender& sender,
                             const std::string& fault) {
   const core::MutexLock lock(mutex_);
-  Status handed = table_.hand_back(name, sender, fault, Clock::now());
+  Status handed = table_.hand_back(name, sender, fault, options_.now());
   if (handed) {
     wake();
   }
@@ -273,7 +273,7 @@ std::vector<api::WorkerTile> WorkBoard::tiles_of(const Job& job) const {
 
 std::vector<api::WorkerView> WorkBoard::workers() const {
   const core::MutexLock lock(mutex_);
-  return table_.workers(Clock::now());
+  return table_.workers(options_.now());
 }
 
 WorkBoard::Counts WorkBoard::counts() const {
@@ -295,7 +295,7 @@ void WorkBoard::run(const std::stop_token& stop) {
     render_hopeless();
     has_broker_ = prepare_broker();
     if (has_broker_) {
-      had_broker_at_ = Clock::now();
+      had_broker_at_ = options_.now();
       plan();
       find_lost_messages();
       publish();
@@ -324,7 +324,7 @@ void WorkBoard::drop_ended() {
 /// Marks a job as waiting if no worker could render it for the length of a lease, since restarting
 /// a worker or the broker takes less.
 void WorkBoard::note_waiting_jobs() {
-  const auto now = Clock::now();
+  const auto now = options_.now();
   {
     const core::MutexLock lock(mutex_);
     had_workers_at_ = table_.slots(now) > 0 ? now : had_workers_at_;
@@ -372,7 +372,7 @@ void WorkBoard::drop_waiting() {
   LeaseTable::Units waiting;
   {
     const core::MutexLock lock(mutex_);
-    const auto now = Clock::now();
+    const auto now = options_.now();
     if (table_.slots(now) > 0 && now - had_broker_at_ < options_.lease_time()) {
       return;
     }
@@ -386,7 +386,7 @@ void WorkBoard::expire_leases() {
   std::vector<std::pair<std::shared_ptr<RenderRun>, std::string>> failures;
   {
     const core::MutexLock lock(mutex_);
-    for (const WorkUnit* unit : table_.expire(Clock::now())) {
+    for (const WorkUnit* unit : table_.expire(options_.now())) {
       // Clients see this text; the log line of each loss names the worker.
       failures.emplace_back(unit->run, "a part of the image was lost with " +
                                            std::to_string(unit->lost.size()) +
@@ -401,7 +401,7 @@ void WorkBoard::expire_leases() {
 
 void WorkBoard::render_hopeless() {
   const core::MutexLock lock(mutex_);
-  for (const std::string& name : table_.hopeless(Clock::now())) {
+  for (const std::string& name : table_.hopeless(options_.now())) {
     render_here(name);
   }
 }
@@ -413,7 +413,7 @@ void WorkBoard::plan() {
     int slots = 0;
     {
       const core::MutexLock lock(mutex_);
-      slots = std::max(table_.slots(Clock::now()), options_.has_local_threads ? 0 : 1);
+      slots = std::max(table_.slots(options_.now()), options_.has_local_threads ? 0 : 1);
       if (table_.wanted() >= slots) {
         return;
       }
@@ -421,10 +421,10 @@ void WorkBoard::plan() {
     auto unit = planner_.next(slots);
     const core::MutexLock lock(mutex_);
     if (!unit) {
-      table_.double_last_units(Clock::now());
+      table_.double_last_units(options_.now());
       return;
     }
-    table_.add(unit->name, std::move(unit->unit), Clock::now());
+    table_.add(unit->name, std::move(unit->unit), options_.now());
   }
 }
 
@@ -434,7 +434,7 @@ void WorkBoard::find_lost_messages() {
   std::optional<std::uint64_t> expected;
   {
     const core::MutexLock lock(mutex_);
-    expected = table_.messages_expected(Clock::now());
+    expected = table_.messages_expected(options_.now());
   }
   if (!expected) {
     return;
@@ -445,7 +445,7 @@ void WorkBoard::find_lost_messages() {
     return;
   }
   const core::MutexLock lock(mutex_);
-  table_.note_messages(*messages < *expected, Clock::now());
+  table_.note_messages(*messages < *expected, options_.now());
 }
 
 /// All open units are published once there is a stream again.
@@ -458,7 +458,7 @@ void WorkBoard::publish() {
   std::vector<std::string> names;
   {
     const core::MutexLock lock(mutex_);
-    names = table_.take_to_publish(Clock::now());
+    names = table_.take_to_publish(options_.now());
   }
   for (const std::string& name : names) {
     if (const Status published = publisher_->publish(name); !published) {

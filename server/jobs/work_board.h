@@ -118,8 +118,8 @@ class WorkBoard {
   UnitPlanner planner_;
   std::optional<std::uint64_t> prepared_;  ///< Generation of the link.
   std::string broker_fault_;
-  Clock::time_point had_broker_at_ = Clock::now();
-  Clock::time_point had_workers_at_ = Clock::now();
+  Clock::time_point had_broker_at_ = options_.now();
+  Clock::time_point had_workers_at_ = options_.now();
   Clock::time_point noted_at_;
   std::vector<std::weak_ptr<Job>> warned_;
   std::atomic<bool> has_broker_ = false;

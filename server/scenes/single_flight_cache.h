@@ -34,7 +34,7 @@ class SingleFlightCache {
   enum class Oversized : std::uint8_t { kKept, kNotKept };
 
   explicit SingleFlightCache(std::uint64_t bytes_max, Oversized oversized = Oversized::kKept)
-      : bytes_max_(bytes_max), least_(oversized == Oversized::kKept ? 1 : 0) {}
+      : bytes_max_(bytes_max), oversized_(oversized) {}
 
   /// make: () -> core::Result<Made>; called without a lock, at most once at a time for each key. It
   /// ends with kCancelled soon after a stop is requested.
@@ -147,11 +147,14 @@ class SingleFlightCache {
     if (const auto old = entries_.find(key); old != entries_.end()) {
       drop(old);
     }
+    if (made.bytes > bytes_max_ && oversized_ == Oversized::kNotKept) {
+      return;  // It would push out all others for nothing.
+    }
     order_.push_front(key);
     bytes_ += made.bytes;
     entries_[key] =
         Entry{.value = std::move(made.value), .bytes = made.bytes, .place = order_.begin()};
-    while (bytes_ > bytes_max_ && order_.size() > least_) {
+    while (bytes_ > bytes_max_ && order_.size() > 1) {
       drop(entries_.find(order_.back()));
     }
   }
@@ -163,7 +166,7 @@ class SingleFlightCache {
   }
 
   const std::uint64_t bytes_max_;
-  const std::size_t least_;
+  const Oversized oversized_;
   mutable core::Mutex mutex_;
   core::CondVar landed_;
   std::map<std::string, std::shared_ptr<Flight>> flights_ GUARDED_BY(mutex_);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace server {
@@ -24,6 +25,8 @@ struct WorkOptions {
   std::string arithmetic;
   bool has_local_threads = false;  ///< Threads that also render jobs that workers can render.
   float verify_share = 0;          ///< Share of the units that two workers render.
+  /// Clock of the leases.
+  std::function<std::chrono::steady_clock::time_point()> now = &std::chrono::steady_clock::now;
 };
 
 }  // namespace server

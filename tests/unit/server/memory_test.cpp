@@ -1,6 +1,8 @@
 // The memory limit of the process, and requests that wait for memory.
 #include <chrono>
 #include <filesystem>
+#include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -9,11 +11,13 @@
 #include "core/base/cgroup.h"
 #include "server/observe/machine_memory.h"
 #include "server/observe/memory_gate.h"
+#include "server/scenes/single_flight_cache.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
 
 using server::MemoryGate;
+using server::SingleFlightCache;
 using server::usable_memory_bytes;
 using std::chrono::milliseconds;
 
@@ -176,6 +180,57 @@ TEST(MemoryGate, ReclaimsIdleMemoryOnlyWhenFull) {
   EXPECT_EQ(cache.size(), 1U);
   EXPECT_FALSE(gate.take(51, "d", milliseconds(0)));
   EXPECT_EQ(cache.size(), 1U) << "reclaimed without need";
+}
+
+/// Values of 30 bytes, each with its lease.
+class IdleValues {
+ public:
+  explicit IdleValues(MemoryGate& gate) : gate_(gate) {
+    gate.add_reclaimer([this] {
+      ++asked;
+      return first.drop_unused() || second.drop_unused();
+    });
+  }
+  void add(SingleFlightCache<int>& cache, const std::string& key) {
+    auto lease = gate_.note({.bytes = 30}, MemoryGate::Kind::kIdle);
+    cache.put(key, {server::with_lease(std::make_shared<const int>(1), std::move(lease)), 30});
+  }
+  SingleFlightCache<int> first{1000};
+  SingleFlightCache<int> second{1000};
+  int asked = 0;
+
+ private:
+  MemoryGate& gate_;
+};
+
+// Two reclaimers of two caches each. What somebody holds is not memory that can be had.
+TEST(MemoryGate, ReclaimersGoOnToTheNextCacheAndLeaveWhatIsInUse) {
+  MemoryGate gate(120);
+  IdleValues early(gate);
+  IdleValues late(gate);
+  early.add(early.first, "held");
+  early.add(early.second, "early");
+  late.add(late.first, "held too");
+  late.add(late.second, "late");
+  auto held = early.first.peek("held");
+  const auto held_too = late.first.peek("held too");
+  EXPECT_EQ(gate.used_bytes(), 120U);
+  auto one = gate.take(30, "a", milliseconds(0));
+  ASSERT_TRUE(one);
+  EXPECT_EQ(early.second.count(), 0U) << "the first reclaimer's second cache";
+  EXPECT_EQ(late.asked, 0) << "not before the first has nothing left";
+  auto two = gate.take(30, "b", milliseconds(0));
+  ASSERT_TRUE(two);
+  EXPECT_EQ(late.second.count(), 0U);
+  EXPECT_EQ(gate.take(30, "c", milliseconds(0)).error().code, core::ErrorCode::kUnavailable);
+  EXPECT_FALSE(gate.drop_one_idle());
+  EXPECT_NE(early.first.peek("held"), nullptr);
+  EXPECT_NE(late.first.peek("held too"), nullptr);
+  EXPECT_EQ(gate.used_bytes(), 120U) << "what is in use still counts";
+  held.reset();
+  EXPECT_TRUE(gate.take(30, "c", milliseconds(0)));
+  EXPECT_EQ(early.first.count(), 0U);
+  EXPECT_EQ(late.first.count(), 1U);
 }
 
 TEST(MemoryGate, LeaseGrowsShrinksAndChanges) {

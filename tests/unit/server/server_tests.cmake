@@ -7,6 +7,7 @@ set(SERVER_TEST_SOURCES
   denoise_budget_test.cpp
   event_log_test.cpp
   event_stream_test.cpp
+  fake_queue.cpp
   film_file_splats_test.cpp
   film_file_test.cpp
   full_disk_test.cpp
@@ -28,6 +29,7 @@ set(SERVER_TEST_SOURCES
   tile_stream_test.cpp
   turns_test.cpp
   webhook_test.cpp
+  work_board_test.cpp
   write_order_test.cpp
   zip_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

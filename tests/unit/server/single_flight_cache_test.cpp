@@ -98,6 +98,30 @@ TEST(SingleFlightCache, OneValueMayExceedTheLimit) {
   EXPECT_NE(cache.peek("big"), nullptr);
 }
 
+TEST(SingleFlightCache, AValueThatDoesNotFitIsGivenAndNotKept) {
+  Cache cache(2, Cache::Oversized::kNotKept);
+  cache.put("a", made(1));
+  int calls = 0;
+  const auto make = [&calls]() -> core::Result<Cache::Made> {
+    ++calls;
+    return made(7, 3);
+  };
+  for (int i = 0; i < 2; ++i) {
+    const auto big = cache.get("big", make);
+    ASSERT_TRUE(big);
+    EXPECT_EQ(**big, 7);
+  }
+  EXPECT_EQ(calls, 2);
+  EXPECT_EQ(cache.peek("big"), nullptr);
+  EXPECT_NE(cache.peek("a"), nullptr) << "it pushes no other out";
+  EXPECT_EQ(cache.bytes(), 1U);
+  cache.put("a", made(1, 3));
+  EXPECT_EQ(cache.peek("a"), nullptr) << "the older value would be wrong";
+  EXPECT_EQ(cache.bytes(), 0U);
+  cache.put("whole", made(1, 2));
+  EXPECT_NE(cache.peek("whole"), nullptr);
+}
+
 TEST(SingleFlightCache, HeldValueOutlivesTheCache) {
   Cache::Pointer held;
   {

@@ -111,6 +111,8 @@ core::Result<std::string> stored_webhook_secret(const std::string& directory) {
   const std::string path = directory + kFile;
   core::Status kept = *known ? core::ok_status() : write_line(path, secret);
   kept = kept ? write_line(path + "-mark", mark_of(secret)) : kept;
+  // Receivers are given the secret: a power failure must not take its file back.
+  kept = kept ? sync_directory(directory) : kept;
   return kept ? core::Result<std::string>(secret) : kept.error();
 }
 

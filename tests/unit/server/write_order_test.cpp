@@ -12,7 +12,9 @@
 #include <unistd.h>
 
 #include "server/store/blob_store.h"
+#include "server/store/comparison_store.h"
 #include "server/store/film_file.h"
+#include "server/webhooks/webhook_secrets.h"
 #include "tests/unit/server/jobs_fixture.h"
 #include "tests/unit/server/server_test_support.h"
 
@@ -115,6 +117,50 @@ TEST_F(WriteOrderOfJobs, AFilmIsGoneFromTheDiskBeforeTheStoreForgetsIt) {
   ASSERT_TRUE(wait_for(job, api::JobState::kFinished));
   const std::string calls = calls_of([&] { EXPECT_TRUE(jobs->remove(job)); });
   EXPECT_TRUE(std::regex_match(calls, std::regex("[^u]*ud[^u]+"))) << calls;
+}
+
+// Each map with its content, its folder and the folder above, before the record in the database,
+// whose commit ends with a sync.
+TEST_F(WriteOrderOfJobs, MapsOfAComparisonAreOnTheDiskBeforeItsRecord) {
+  server::ComparisonStore store(*database, *data, {});
+  server::ComparisonStore::Row row;
+  row.id = "00000000-0000-4000-8000-000000000001";
+  row.body = "{}";
+  const std::string calls = calls_of([&] {
+    EXPECT_TRUE(store.insert(row, {{"z.png", "zzz"}, {"flip.png", "f"}}));
+  });
+  EXPECT_TRUE(std::regex_match(calls, std::regex("(w+s){2}ddw*s[ws]*"))) << calls;
+}
+
+// The head of the film's file and the file's name, before the record of the job.
+TEST_F(WriteOrderOfJobs, AnImportedFilmIsOnTheDiskBeforeItsJob) {
+  const auto job = submit(2);
+  ASSERT_TRUE(wait_for(job, api::JobState::kFinished));
+  const auto film = jobs->films().film(*job);
+  ASSERT_TRUE(film);
+  const api::JobView view = jobs->view(*job);
+  server::JobService::FinishedFilm finished;
+  finished.spec = view.spec;
+  finished.film = *film;
+  finished.ledger = view.ledger;
+  finished.build = "{}";
+  const std::string calls = calls_of([&] { EXPECT_TRUE(jobs->add_finished(finished)); });
+  EXPECT_TRUE(std::regex_match(calls, std::regex("[ws]*w+swsdw*s[ws]*"))) << calls;
+}
+
+// The secret before its mark, and both names before anybody knows it.
+TEST(WriteOrder, AWebhookSecretIsOnTheDiskBeforeItIsGiven) {
+  const TemporaryFolder folder;
+  const std::string calls =
+      calls_of([&] { EXPECT_TRUE(server::stored_webhook_secret(folder.path())); });
+  EXPECT_TRUE(std::regex_match(calls, std::regex("w+sw+sd"))) << calls;
+}
+
+TEST_F(WriteOrderOfJobs, ATenantsNewSecretIsOnTheDiskBeforeItIsGiven) {
+  server::DeliveryTable deliveries(*database);
+  server::WebhookSecrets secrets(deliveries, "operator's", false);
+  const std::string calls = calls_of([&] { EXPECT_TRUE(secrets.replace("tenant")); });
+  EXPECT_TRUE(std::regex_match(calls, std::regex("w*s[ws]*"))) << calls;
 }
 
 }  // namespace

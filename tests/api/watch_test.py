@@ -119,12 +119,14 @@ class Watch(ApiTest):
 
     def test_sends_a_finished_image_once_in_the_requested_format(self):
         job = self.server.render(job_body())["id"]
-        with Stream(self.server, f"/v1/jobs/{job}/image.png",
-                    {"Accept": "multipart/x-mixed-replace"}) as stream:
-            parts = list(self.parts(stream))
-        self.assertEqual(len(parts), 1)
-        self.assertEqual(png_size(parts[0][1])[:2], (48, 32))
-        self.assertEqual(parts[0][1], self.server.get(f"/v1/jobs/{job}/image.png").body)
+        for name, kind in (("png", "image/png"), ("jpg", "image/jpeg"), ("exr", "image/x-exr")):
+            path = f"/v1/jobs/{job}/image.{name}"
+            with Stream(self.server, path, {"Accept": "multipart/x-mixed-replace"}) as stream:
+                parts = list(self.parts(stream))
+            self.assertEqual(len(parts), 1)
+            self.assertEqual(parts[0][0]["Content-Type"], kind)
+            self.assertEqual(parts[0][1], self.server.get(path).body)
+        self.assertEqual(png_size(self.server.get(f"/v1/jobs/{job}/image.png").body)[:2], (48, 32))
 
     def test_clients_that_accept_everything_get_one_image(self):
         job = self.server.render(job_body())["id"]

@@ -553,9 +553,17 @@ class KillTest(FarmTest):
         body = long_job()
         job = farm.server.submit(body)
         farm.server.wait_for_samples(job["id"], 4)
+
+        def workers():
+            return {w["id"]: w for w in farm.server.get("/v1/workers").json()["workers"]}
+
+        before = set(workers())
         farm.server.kill()
         farm.server.start()
         self.check_film(farm, job["id"], body)
+        after = workers()
+        self.assertEqual(set(after), before)
+        self.assertGreater(sum(w["units"] for w in after.values()), 0, "rendered for the new one")
 
     def test_unit_that_kills_three_workers_fails_its_job(self):
         farm = self.farm(lease=0.5)
@@ -801,7 +809,12 @@ class RefusedTest(FarmTest):
                 "Authorization": "Bearer " + keys[1]}).status == 401:
             self.assertLess(time.monotonic(), deadline, "the new keys are not accepted")
             time.sleep(0.05)
-        job = farm.server.submit(job_body(samples=64))["id"]
+        scene, stranger = (
+            farm.server.post("/v1/scenes", triangle_glb(nodes=[{"mesh": 0, "name": name}]),
+                             {"Content-Type": "model/gltf-binary"}).json()["id"]
+            for name in ("ours", "theirs")
+        )
+        job = farm.server.submit(job_body(scene, samples=64))["id"]
         holder = HandWorker(farm, "holder", keys[0])
         other = HandWorker(farm, "other", keys[1])
         other.report()
@@ -810,10 +823,17 @@ class RefusedTest(FarmTest):
         def inputs(worker):
             return farm.server.request("GET", f"/v1/work/jobs/{job}", headers=worker.headers)
 
+        def file(worker, asset):
+            return farm.server.request(
+                "GET", f"/v1/work/jobs/{job}/files/{asset}", headers=worker.headers
+            ).status
+
         self.assertEqual(inputs(holder).status, 404)  # It holds no unit yet.
         self.assertEqual(holder.lease(unit).status, 200)
         self.assertEqual(inputs(holder).status, 200)
         self.assertEqual(inputs(other).status, 404)
+        self.assertEqual((file(holder, scene), file(other, scene)), (200, 404))
+        self.assertEqual(file(holder, stranger), 404, "a file that the job does not need")
         holder.hand_back(unit)
         self.assertEqual(inputs(holder).status, 404)
         farm.server.post(f"/v1/jobs/{job}/cancel")

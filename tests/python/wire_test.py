@@ -87,6 +87,17 @@ class Retries(unittest.TestCase):
             json.loads(script.requests[-1].content), {"stop": {"samples_per_pixel": 8}}
         )
 
+    def test_answers_of_a_proxy_repeat_only_what_may_be_repeated(self):
+        for status in (502, 504):
+            script = Script(200, (status, b"<html>", {}), 202)
+            job = script.client().job(JOB["id"])
+            with self.assertRaises(tessera.ServerFault):
+                job.extend(samples_per_pixel=8)
+            self.assertEqual(len(script.requests), 2, "it may have taken effect")
+            script = Script((status, b"<html>", {}), 200)
+            script.client().job(JOB["id"])
+            self.assertEqual(len(script.requests), 2)
+
     def test_retries_503_and_then_reports_it(self):
         script = Script(*[problem(503)] * 3)
         with self.assertRaises(tessera.Unavailable):

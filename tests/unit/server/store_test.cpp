@@ -6,8 +6,10 @@
 
 #include "server/jobs/job_record.h"
 #include "server/store/assets.h"
+#include "server/store/batch_table.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
+#include "server/store/delivery_table.h"
 #include "server/store/job_table.h"
 #include "server/store/key_table.h"
 #include "server/store/preset_table.h"
@@ -268,6 +270,47 @@ TEST_F(Store, DeletingAJobDeletesItsEventsLabelsAndKeys) {
   JobQuery labelled;
   labelled.labels.emplace_back("x", std::nullopt);
   EXPECT_TRUE(listed(labelled).empty());
+}
+
+TEST_F(Store, ADeletedJobsFilmIsLooseUntilItsFileIsGone) {
+  ASSERT_TRUE(jobs->insert(made_job(1, "a"), {}, {}));
+  EXPECT_TRUE(jobs->loose_films()->empty());
+  ASSERT_TRUE(jobs->remove("a"));
+  EXPECT_EQ(*jobs->loose_films(), std::vector<std::string>{"a"});
+  ASSERT_TRUE(jobs->forget_loose_film("a"));
+  EXPECT_TRUE(jobs->loose_films()->empty());
+}
+
+// Two jobs of a batch that end at once both find it ended.
+TEST_F(Store, ABatchIsReportedOnceUntilItsJobsRunAgain) {
+  JobRow job = made_job(1, "a");
+  job.state = "finished";
+  ASSERT_TRUE(jobs->insert(job, {}, {}));
+  server::BatchRow row;
+  row.id = "b";
+  row.webhook = "http://x/";
+  ASSERT_TRUE(database->transact([&](Database::Session& session) {
+    return server::BatchTable::insert(session, row, {1}, {"{}"});
+  }));
+  server::BatchTable batches(*database);
+  server::DeliveryTable deliveries(*database);
+  const auto ended = batches.ended({});
+  ASSERT_EQ(ended->size(), 1U);
+  const auto report = [&](const char* id) {
+    server::DeliveryRow call;
+    call.id = id;
+    call.job = row.id;
+    call.event = "end";
+    call.url = row.webhook;
+    return batches.report_end((*ended)[0], call);
+  };
+  ASSERT_TRUE(report("1"));
+  EXPECT_TRUE(batches.ended({})->empty());
+  ASSERT_TRUE(report("2"));
+  EXPECT_EQ(*deliveries.pending_count(), 1);
+  ASSERT_TRUE(batches.reopen((*ended)[0]));
+  ASSERT_TRUE(report("3"));
+  EXPECT_EQ(*deliveries.pending_count(), 2);
 }
 
 TEST_F(Store, UpdatingADeletedJobChangesNothing) {

@@ -66,7 +66,7 @@ PathCost path_cost(const core::Film& film) {
   }
   const auto n = static_cast<double>(costs.size());
   const double spread =
-      n > 1 ? core::student_t_quantile(0.975, n - 1) * std::sqrt(squares / (n - 1) / n)
+      n > 2 ? core::student_t_quantile(0.975, n - 1) * std::sqrt(squares / (n - 1) / n)
             : cost.mean / 2;
   cost.low = std::max(0.0, cost.mean - spread) / kMachine;
   cost.high = (cost.mean + spread) * kMachine;

@@ -35,8 +35,8 @@ struct PathCost {
   double high = 0;
 };
 /// The interval is that of the mean over tiles, treated as a random sample (Student's t), widened
-/// by a quarter on each side for variation of the machine's speed. Of one tile it is half to three
-/// halves of the mean, so widened.
+/// by a quarter on each side for variation of the machine's speed. One or two tiles tell nothing of
+/// their spread: half to three halves of the mean, so widened.
 PathCost path_cost(const core::Film& film);
 
 /// Returns the job with so few pixels and samples that it takes at most half a second.

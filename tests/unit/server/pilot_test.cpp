@@ -39,12 +39,14 @@ TEST(PathCost, HasStudentsIntervalWidenedByAQuarter) {
   EXPECT_NEAR(cost_of(many).high, (10 + 2.131450 * std::sqrt(1.0 / 15)) * 1.25, 1e-5);
 }
 
-TEST(PathCost, OfOneTileIsHalfToThreeHalves) {
-  const server::PathCost one = cost_of({10});
-  EXPECT_NEAR(one.low, 5 / 1.25, 1e-9);
-  EXPECT_NEAR(one.high, 15 * 1.25, 1e-9);
+TEST(PathCost, OfFewerThanThreeTilesIsHalfToThreeHalves) {
+  for (const std::vector<double>& costs : {std::vector<double>{10}, std::vector<double>{4, 16}}) {
+    const server::PathCost cost = cost_of(costs);
+    EXPECT_NEAR(cost.low, 5 / 1.25, 1e-9);
+    EXPECT_NEAR(cost.high, 15 * 1.25, 1e-9);
+  }
 }
 
-TEST(PathCost, IsNotNegative) { EXPECT_EQ(cost_of({0.1, 20}).low, 0); }
+TEST(PathCost, IsNotNegative) { EXPECT_EQ(cost_of({0.1, 0.1, 20}).low, 0); }
 
 }  // namespace

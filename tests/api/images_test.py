@@ -79,7 +79,19 @@ class Images(ApiTest):
         self.assertEqual(self.image("/image").headers["Content-Type"], "image/png")
 
     def test_every_image_reports_its_bias(self):
-        self.assertEqual(self.image().headers["X-Tessera-Bias"], "none")
+        def bias(path):
+            answer = self.server.get(path)
+            self.assertEqual(answer.status, 200, answer)
+            return answer.headers["X-Tessera-Bias"]
+
+        about = self.server.get("/v1/server").json()
+        for name in about["image_formats"]:
+            self.assertEqual(bias(f"{self.path}/image.{name}"), "none", name)
+        self.assertEqual(bias(self.path + "/image.png?denoise=full"), "biased")
+        for row in about["integrators"]:
+            if row["bias"] != "none":
+                job = self.server.render(job_body(samples=2, integrator={"type": row["type"]}))
+                self.assertEqual(bias(f"/v1/jobs/{job['id']}/image.png"), row["bias"])
 
     def test_reports_the_error_and_the_light_set_aside(self):
         error = self.job["error"]

@@ -322,6 +322,7 @@ class Changing(ApiTest):
         self.addCleanup(lambda: self.server.post(f"/v1/jobs/{self.job}/cancel"))
 
     def test_patch_changes_only_its_members(self):
+        before = self.server.job(self.job)["spec"]
         answer = self.patch(
             self.job, {"name": "new", "priority": 3, "labels": {"a": None, "c": "3"}}
         )
@@ -329,6 +330,8 @@ class Changing(ApiTest):
         spec = answer.json()["spec"]
         self.assertEqual((spec["name"], spec["priority"], spec["labels"]),
                          ("new", 3, {"b": "2", "c": "3"}))
+        changed = {"name": "new", "priority": 3, "labels": {"b": "2", "c": "3"}}
+        self.assertEqual(spec, before | changed)
         self.assertEqual(self.server.job(self.job)["spec"], spec)
 
     def test_merge_patch_requires_its_media_type(self):

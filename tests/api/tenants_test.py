@@ -572,6 +572,18 @@ class Shared(Tenants):
         self.assertEqual(self.ask(self.theirs, "POST", "/v1/assets", content, BYTES).status, 200)
         self.assertEqual(self.ask(self.theirs, "DELETE", path).status, 204)
         self.assertEqual(self.ask(self.ours, "GET", path).status, 404)
+        made = self.ask(self.ours, "PUT", "/v1/presets/shared",
+                        {"job": {"stop": {"samples_per_pixel": 4}}})
+        self.assertEqual(made.status, 201, made)
+        other = self.rendered(self.ours)
+        batch = {"template": job_body(), "matrix": {"seed": [1, 2]}}
+        for path in (
+            "/v1/presets/shared",
+            "/v1/comparisons/" + self.made(self.ours, "POST", "/v1/comparisons",
+                                           {"a": job, "b": other}),
+            "/v1/batches/" + self.made(self.ours, "POST", "/v1/batches", batch),
+        ):
+            self.assertEqual(self.ask(self.theirs, "GET", path).status, 200, path)
         scene = triangle_glb(extras={"shared": 1})
         path = "/v1/scenes/" + self.made(self.ours, "POST", "/v1/scenes", scene, GLB)
         self.assertEqual(self.ask(self.theirs, "POST", "/v1/scenes", scene, GLB).status, 200)

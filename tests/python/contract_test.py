@@ -9,8 +9,11 @@ import time
 import uuid
 
 import drake_test  # of tests/api
+import httpx
 from harness import PATIENCE_S, ApiTest, EventStream, JobsStream, job_body
 from jsonschema import Draft202012Validator
+from tessera import Problem, ServerFault
+from tessera.errors import problem_of
 
 # Valid values of query parameters whose schema does not define them.
 VALUES = {
@@ -39,6 +42,18 @@ class Contract(ApiTest):
             for methods in cls.document["paths"].values()
             for operation in methods.values()
         }
+
+    def test_every_problem_of_the_document_has_its_exception(self):
+        named = {int(status) for operation in self.operations.values()
+                 for status in operation["responses"] if status >= "400"}
+        plain = {
+            status for status in named
+            if type(problem_of(httpx.Response(status, json={"status": status})))
+            in (Problem, ServerFault)
+        }
+        self.assertGreater(len(named), 10)
+        # The client asks for no ranges.
+        self.assertEqual(plain - {500}, {416})
 
     def resolved(self, node):
         while "$ref" in node:

@@ -160,7 +160,7 @@ class Retries(unittest.TestCase):
 
 
 class Problems(unittest.TestCase):
-    def test_every_status_of_the_api_has_its_exception(self):
+    def test_statuses_have_their_exceptions(self):
         kinds = {400: tessera.BadRequest, 401: tessera.Unauthorized, 403: tessera.Forbidden,
                  404: tessera.NotFound, 405: tessera.MethodNotAllowed, 406: tessera.NotAcceptable,
                  409: tessera.Conflict, 410: tessera.Gone, 412: tessera.PreconditionFailed,
@@ -246,9 +246,16 @@ class Requests(unittest.TestCase):
         self.assertEqual(self.sent(colour="red")["colour"], "red")
 
     def test_sends_the_key_with_every_request(self):
-        script = Script((200, {}, {}))
-        script.client(key="secret").info()
-        self.assertEqual(script.requests[0].headers["Authorization"], "Bearer secret")
+        script = Script((200, {}, {}), LOST, 201, 200, 202)
+        client = script.client(key="secret")
+        client.info()
+        job = client.submit("glass")
+        job.refresh()
+        job.extend(samples_per_pixel=8)
+        self.assertEqual(
+            [request.headers["Authorization"] for request in script.requests],
+            ["Bearer secret"] * 5,
+        )
 
     def test_reads_server_and_key_from_the_environment(self):
         with mock.patch.dict(

@@ -227,8 +227,16 @@ TEST(Catcher, DenoisedPixelsWithoutShadowStayEmpty) {
   const auto made =
       core::denoise(picture.snapshot, nullptr, core::StatisticalDenoiser(), core::parallel_for(2));
   ASSERT_TRUE(made);
-  EXPECT_EQ(made->picture.full_alpha[0], 0);
-  EXPECT_EQ(made->picture.full[0][0], 0);
+  // The upper rows see neither the model nor its shadow.
+  for (std::size_t i = 0; i < std::size_t{96} * 8; ++i) {
+    ASSERT_EQ(core::pixel_value(picture.snapshot, i).alpha, 0) << i;
+    EXPECT_EQ(made->picture.full_alpha[i], 0) << i;
+    EXPECT_EQ(made->picture.mixed_alpha[i], 0) << i;
+    for (std::size_t c = 0; c < 3; ++c) {
+      EXPECT_EQ(made->picture.full[c][i], 0) << i;
+      EXPECT_EQ(made->picture.mixed[c][i], 0) << i;
+    }
+  }
   float most = 0;
   for (const float alpha : made->picture.mixed_alpha) {
     most = std::max(most, alpha);

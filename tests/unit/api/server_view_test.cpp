@@ -47,7 +47,7 @@ TEST(ServerView, ShowsEveryLimit) {
   EXPECT_EQ(server()["limits"]["streams"], 2048);
 }
 
-TEST(ServerView, EveryListedNameCanBeSubmitted) {
+TEST(ServerView, EveryListedNameOfAJobCanBeSubmitted) {
   const Json body = server();
   const auto accepts = [](const Json& patch) {
     Json request = {{"scene", "x"}};
@@ -70,8 +70,10 @@ TEST(ServerView, EveryListedNameCanBeSubmitted) {
   for (const Json& filter : body["filters"]) {
     accepts({{"film", {{"filter", {{"type", filter}}}}}});
   }
-  for (const Json& layer : body["layers"]) {
-    accepts({{"film", {{"layers", Json::array({layer})}}}});
+  for (const char* list : {"layers", "optional_layers"}) {
+    for (const Json& layer : body[list]) {
+      accepts({{"film", {{"layers", Json::array({layer})}}}});
+    }
   }
 }
 

@@ -65,9 +65,15 @@ TEST(ClosingText, TellsCpuTimeApart) {
 }
 
 TEST(ProgressText, NeverShowsAHundredPercentBeforeTheEnd) {
-  cli::ProgressFacts facts;
-  facts.fraction = 0.9999;
-  EXPECT_NE(cli::progress_text(facts).find(" 99%"), std::string::npos);
+  for (const double fraction : {0.99, 0.994, 0.996, 0.9999, std::nextafter(1.0, 0.0)}) {
+    cli::ProgressFacts facts = half_done();
+    facts.fraction = fraction;
+    for (const std::string& text :
+         {cli::progress_text(facts), cli::progress_bar(facts, 100, false)}) {
+      EXPECT_NE(text.find(" 99%"), std::string::npos) << text;
+      EXPECT_EQ(text.find("100%"), std::string::npos) << text;
+    }
+  }
 }
 
 TEST(ProgressBar, FitsTheTerminal) {

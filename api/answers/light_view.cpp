@@ -20,7 +20,8 @@ const View<LightNotFound>& light_not_found_view() {
       "How much light may be missing from the image, from particles that are counted beside it.",
       {{"at_most",
         shape::real("Light that neither the image nor the particles may have found, with the "
-                    "confidence, over the image's mean luminance; 1 for a black image."),
+                    "confidence, over the image's mean luminance; 1 for a black image. Above 1 the "
+                    "particles are too few for a view this small: nothing is known."),
         [](const LightNotFound& l) { return number_json(l.at_most); }},
        {"detected",
         shape::real("Light that the particles found and the image lacks, over the image's mean "

@@ -102,6 +102,7 @@ struct Part {
   std::uint64_t tile_height = 0;
   std::uint64_t chunks = 0;  // from the header; 0 if missing
   std::string_view subsampled;
+  bool is_deep = false;  // in a file of several parts
   bool is_cube = false;
   std::optional<Chromaticities> primaries;
 };
@@ -127,6 +128,9 @@ bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& par
     part.tile_width = u32(value, 0);
     part.tile_height = u32(value, 4);
     return part.tile_width > 0 && part.tile_height > 0;
+  } else if (name == "type" && type == "string") {
+    part.is_deep = std::string_view(reinterpret_cast<const char*>(value.data()), value.size())
+                       .starts_with("deep");
   } else if (name == "chunkCount" && type == "int") {
     part.chunks = u32(value, 0);
   } else if (name == "envmap" && type == "envmap") {
@@ -145,9 +149,37 @@ bool has_room_for_its_table(const Part& part, std::size_t file_bytes) noexcept {
   return std::max(needed, part.chunks) <= file_bytes / 8;
 }
 
-/// Looks at the table of chunk offsets, which ends where the first chunk begins, and at the size of
-/// the last chunk. An offset of 0 is that of a chunk that was never written.
-bool has_its_chunks(Span file, std::size_t table, std::size_t bytes_before_size) noexcept {
+/// Reads a header and moves `at` behind it.
+std::optional<Part> take_header(Span file, std::size_t& at) noexcept {
+  Part part;
+  for (auto name = take_name(file, at); !name.empty(); name = take_name(file, at)) {
+    if (!take_attribute(file, at, name, part)) {
+      return std::nullopt;
+    }
+  }
+  return at < file.size() && part.size && has_room_for_its_table(part, file.size())
+             ? std::optional(part)
+             : std::nullopt;
+}
+
+constexpr std::size_t kVersionBytes = 8;
+
+/// Returns the header with that number of a file of several parts.
+std::optional<Part> part_of(Span file, std::uint32_t number) noexcept {
+  std::size_t at = kVersionBytes;
+  for (std::uint32_t i = 0; i < number; ++i) {
+    if (!take_header(file, at) || file[at] == std::byte{0}) {
+      return std::nullopt;
+    }
+  }
+  return take_header(file, at);
+}
+
+/// Looks at the tables of chunk offsets, which end where the first chunk begins, and at the size of
+/// the last chunk, which begins with its line, or with tile and level; in a file of several parts,
+/// with the number of its part before. An offset of 0 is that of a chunk that was never written.
+/// part: of the chunk; empty: it says so itself.
+bool has_its_chunks(Span file, std::size_t table, std::optional<Part> part) noexcept {
   std::uint64_t first = file.size();
   std::uint64_t last = 0;
   for (std::size_t at = table; at < first; at += 8) {
@@ -158,16 +190,32 @@ bool has_its_chunks(Span file, std::size_t table, std::size_t bytes_before_size)
     first = std::min(first, offset);
     last = std::max(last, offset);
   }
-  const std::uint64_t head = bytes_before_size + 4;
-  return first > table && last <= file.size() && head <= file.size() - last &&
-         u32(file, static_cast<std::size_t>(last) + bytes_before_size) <= file.size() - last - head;
+  if (first <= table || last > file.size() || file.size() - last < 4) {
+    return false;
+  }
+  std::size_t at = static_cast<std::size_t>(last);
+  if (!part) {
+    part = part_of(file, u32(file, at));
+    at += 4;
+  }
+  if (!part) {
+    return false;
+  }
+  at += part->tile_width > 0 ? 16U : 4U;
+  // Deep chunks begin with the sizes of their table of counts and of their values, and the size of
+  // these before compression.
+  const std::size_t head = part->is_deep ? 24 : 4;
+  if (at > file.size() || head > file.size() - at) {
+    return false;
+  }
+  const std::uint64_t left = file.size() - at - head;
+  const std::uint64_t bytes = u32(file, at);
+  return bytes <= left && (!part->is_deep || u32(file, at + 8) <= left - bytes);
 }
 
 }  // namespace
 
 std::optional<ExrHeader> exr_header(Span file) noexcept {
-  constexpr std::size_t kVersionBytes = 8;
-  constexpr std::uint32_t kTiled = 0x200;
   constexpr std::uint32_t kDeep = 0x800;
   constexpr std::uint32_t kMultiPart = 0x1000;
   if (file.size() < kVersionBytes) {
@@ -177,26 +225,19 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
   std::optional<ExrHeader> header;
   std::size_t at = kVersionBytes;
   // A multi-part file ends its headers with an empty one.
+  std::optional<Part> part;
   do {
-    Part part;
-    for (auto name = take_name(file, at); !name.empty(); name = take_name(file, at)) {
-      if (!take_attribute(file, at, name, part)) {
-        return std::nullopt;
-      }
-    }
-    if (at >= file.size() || !part.size || !has_room_for_its_table(part, file.size())) {
+    part = take_header(file, at);
+    if (!part) {
       return std::nullopt;
     }
-    header = header ? header : ExrHeader{.size = *part.size, .subsampled = {}};
-    header->subsampled = header->subsampled.empty() ? part.subsampled : header->subsampled;
-    header->is_cube = header->is_cube || part.is_cube;
-    header->primaries = header->primaries ? header->primaries : part.primaries;
+    header = header ? header : ExrHeader{.size = *part->size, .subsampled = {}};
+    header->subsampled = header->subsampled.empty() ? part->subsampled : header->subsampled;
+    header->is_cube = header->is_cube || part->is_cube;
+    header->primaries = header->primaries ? header->primaries : part->primaries;
   } while (multi_part && file[at] != std::byte{0});
-  // A chunk begins with its line, or with tile and level. In files of parts, its kind is the
-  // part's.
-  if (!multi_part && (u32(file, 4) & kDeep) == 0) {
-    header->is_whole = has_its_chunks(file, at, (u32(file, 4) & kTiled) != 0 ? 16 : 4);
-  }
+  header->is_whole = multi_part ? has_its_chunks(file, at + 1, std::nullopt)
+                                : (u32(file, 4) & kDeep) != 0 || has_its_chunks(file, at, part);
   return header;
 }
 

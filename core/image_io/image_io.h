@@ -28,7 +28,7 @@ struct ImageLimits {
 Result<Image> read_image_header(std::span<const std::byte> file);
 
 /// Returns the error of read_image_header(), or that of decoding as far as it shows without pixels
-/// in memory: a cut or damaged HDR, a cut PNG, TIFF, WebP, or EXR of one part.
+/// in memory: a cut or damaged HDR, a cut PNG, TIFF, WebP, or EXR.
 Status check_image_file(std::span<const std::byte> file);
 
 /// Returns the size of a decoded value.

@@ -13,8 +13,8 @@
 namespace server {
 namespace {
 
-core::Status check_bytes(std::span<const std::byte> file, std::string_view media_type) {
-  const bool is_declared = media_type.starts_with("image/");
+core::Status check_bytes(std::span<const std::byte> file, const AssetCheck& asset) {
+  const bool is_declared = asset.media_type.starts_with("image/");
   const std::string_view kind = core::image_kind(file);
   if (kind.empty() && !is_declared) {
     return core::ok_status();
@@ -23,27 +23,27 @@ core::Status check_bytes(std::span<const std::byte> file, std::string_view media
   if (kind == "jpg" && is_declared && !core::jpeg_is_whole(file)) {
     return core::Error{core::ErrorCode::kInvalidArgument, "the JPEG is cut short", ""};
   }
-  return core::check_image_file(file);
+  return asset.was_decoded && !kind.empty() ? core::ok_status() : core::check_image_file(file);
 }
 
 }  // namespace
 
-core::Status check_asset_file(const std::string& path, std::string_view media_type) {
+core::Status check_asset_file(const AssetCheck& asset) {
+  const std::string& path = asset.path;
   const auto file = open_file(path, O_RDONLY);
   const auto bytes = file ? file_bytes(file->get(), path) : file.error();
   if (!bytes) {
     return bytes.error();
   }
   if (*bytes == 0) {  // cannot be mapped
-    return check_bytes({}, media_type);
+    return check_bytes({}, asset);
   }
   // Mapped, because only an environment map is read beyond its first page.
   void* const data = ::mmap(nullptr, *bytes, PROT_READ, MAP_PRIVATE, file->get(), 0);
   if (data == MAP_FAILED) {
     return file_error("mapping", path, errno);
   }
-  const core::Status checked =
-      check_bytes({static_cast<const std::byte*>(data), *bytes}, media_type);
+  const core::Status checked = check_bytes({static_cast<const std::byte*>(data), *bytes}, asset);
   ::munmap(data, *bytes);
   return checked;
 }

@@ -43,8 +43,13 @@ core::Result<StoredAsset> store_asset(const RouteContext& context, const Access&
   if (!complete) {
     return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
   }
-  const std::string path = is_known ? context.assets.path_of(asset.id) : upload->path();
-  if (const core::Status sound = check_asset_file(path, asset.media_type); !sound) {
+  const auto was_uploaded = context.assets.was_uploaded(upload->id());
+  if (!was_uploaded) {
+    return was_uploaded.error();
+  }
+  const core::Status sound = check_asset_file(
+      {.path = upload->path(), .media_type = asset.media_type, .was_decoded = *was_uploaded});
+  if (!sound) {
     return sound.error();
   }
   const std::shared_lock<std::shared_mutex> naming(context.scenes.names_mutex());

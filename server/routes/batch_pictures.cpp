@@ -15,6 +15,8 @@
 
 namespace server {
 
+using core::Error;
+
 namespace {
 
 // Size of a sheet's thumbnails, in pixels, and the longest side of a sheet. Many jobs get smaller
@@ -77,7 +79,9 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
                                                     const api::ImageQuery& look) const {
   const auto film = jobs_.films().film(*job);
   if (!film) {
-    return film.error();
+    Error error = film.error();
+    error.message = "job \"" + job->record().view.spec.name + "\": " + error.message;
+    return error;
   }
   DenoiseService::Pointer denoised;
   if (wants_denoised(look)) {

@@ -12,6 +12,7 @@
 #include "server/routes/context.h"
 #include "server/routes/metrics_page.h"
 #include "server/routes/page.h"
+#include "server/scenes/single_flight_cache.h"
 #include "server/store/files.h"
 
 namespace server {
@@ -89,17 +90,34 @@ PageFile openapi_file(const RouteContext& context, const std::string& base_path)
           .etag = std::move(etag)};
 }
 
+using OpenApiFiles = SingleFlightCache<PageFile>;
+
+/// Returns the document for the path by which the client reaches the server. others: keeps the one
+/// that was asked for last.
+Response openapi(const RouteContext& context, const Request& request, const PageFile& own,
+                 OpenApiFiles& others) {
+  const std::string& path = request.base_path;  // of a trusted proxy
+  if (path.empty() || path == context.config.base_path) {
+    return page_answer(request, own);
+  }
+  const auto made = others.get(path, [&]() -> core::Result<OpenApiFiles::Made> {
+    auto file = std::make_shared<const PageFile>(openapi_file(context, path));
+    const std::uint64_t bytes = file->content->size();
+    return OpenApiFiles::Made{.value = std::move(file), .bytes = bytes};
+  });
+  return made ? page_answer(request, **made) : error_answer(request, made.error());
+}
+
 }  // namespace
 
 void add_system_handlers(const RouteContext& context, HandlerTable& table) {
   table["getLiveness"] = {.handler = &liveness, .is_probe = true};
   table["getReadiness"] = {.handler = &readiness, .is_probe = true};
   table["getMetrics"] = {.handler = &metrics, .is_probe = true};
-  table["getOpenApi"] = {.handler = [own = openapi_file(context, context.config.base_path)](
+  table["getOpenApi"] = {.handler = [own = openapi_file(context, context.config.base_path),
+                                     others = std::make_shared<OpenApiFiles>(0)](
                                         const RouteContext& asked, const Request& request) {
-    const std::string& path = request.base_path;  // of a trusted proxy
-    const bool is_own = path.empty() || path == asked.config.base_path;
-    return page_answer(request, is_own ? own : openapi_file(asked, path));
+    return openapi(asked, request, own, *others);
   }};
   table["createSession"] = {.handler = &start_session};
   table["deleteSession"] = {.handler = &end_session};

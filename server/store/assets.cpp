@@ -97,6 +97,13 @@ core::Result<bool> Assets::keeps(std::string_view id, const Access& access) {
   return found.has_value();
 }
 
+core::Result<bool> Assets::was_uploaded(std::string_view id) {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT COUNT(*) FROM asset_tenants WHERE asset=?");
+  const auto tenants = number(select.bind(id));
+  return tenants ? core::Result<bool>(*tenants > 0) : core::Result<bool>(tenants.error());
+}
+
 Status Assets::insert(const StoredBlob& blob, double now) {
   auto session = database_.session();
   Statement insert = session.prepare(

@@ -36,6 +36,8 @@ class Assets {
   /// Returns whether the tenant keeps it, by a reference or in a scene; if all is shared, whether
   /// any tenant does.
   core::Result<bool> keeps(std::string_view id, const Access& access);
+  /// Returns whether any tenant has uploaded it by itself, not as a file of a scene.
+  core::Result<bool> was_uploaded(std::string_view id);
   core::Result<BlobStore::Upload> start_upload() const { return blobs_.start_upload(); }
   /// Adds the tenant's reference to a completed upload. Returns true if it had one already.
   core::Result<bool> keep(const StoredBlob& blob, const Access& access, double now);

@@ -79,6 +79,7 @@ BlobStore::Upload::Upload(Upload&& other) noexcept
       path_(std::exchange(other.path_, std::string())),
       fd_(std::move(other.fd_)),
       hash_(std::move(other.hash_)),
+      id_(std::move(other.id_)),
       bytes_(other.bytes_) {}
 
 BlobStore::Upload::~Upload() {
@@ -96,8 +97,15 @@ Status BlobStore::Upload::write(std::string_view piece) {
   return core::ok_status();
 }
 
+const std::string& BlobStore::Upload::id() {
+  if (id_.empty()) {
+    id_ = hash_->hex();
+  }
+  return id_;
+}
+
 core::Result<StoredBlob> BlobStore::Upload::finish(std::string_view expected_id) {
-  StoredBlob blob{.id = hash_->hex(), .bytes = bytes_, .known = false};
+  StoredBlob blob{.id = id(), .bytes = bytes_, .known = false};
   if (!expected_id.empty() && expected_id != blob.id) {
     return Error{ErrorCode::kInvalidArgument,
                  "the content has the sha256 " + blob.id + ", not the one in the path", ""};

@@ -44,6 +44,8 @@ class BlobStore {
     core::Status write(std::string_view piece);
     std::uint64_t bytes() const { return bytes_; }
     const std::string& path() const { return path_; }
+    /// Hash of what was written, which is then all.
+    const std::string& id();
     /// expected_id: the name that the client gave, or empty. Errors: kInvalidArgument when the
     /// content has another hash; kNoSpace, kInternal.
     core::Result<StoredBlob> finish(std::string_view expected_id);
@@ -56,6 +58,7 @@ class BlobStore {
     std::string path_;
     UniqueFd fd_;
     std::unique_ptr<core::Sha256> hash_ = std::make_unique<core::Sha256>();
+    std::string id_;  ///< Empty: not all is written.
     std::uint64_t bytes_ = 0;
   };
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 
 from harness import ApiTest, TRIANGLE, hdr_image, job_body, triangle_document
 
@@ -140,6 +141,23 @@ class Assets(ApiTest):
                 self.assert_problem(self.server.post("/v1/assets", whole[:cut], kind), 422)
                 if name != "jpg":  # Scenes accept a JPEG that ends early.
                     self.assert_problem(self.server.post("/v1/assets", whole[:cut], BYTES), 422)
+
+    def test_a_known_image_is_not_decoded_again(self):
+        def cpu():
+            text = self.server.get("/metrics").body.decode()
+            return float(re.search(r"^process_cpu_seconds_total (\S+)$", text, re.MULTILINE)[1])
+
+        # 34 million pixels of 2 MB: longer to decode than to hash.
+        run = b"\xff\x80" * 64 + b"\xc0\x80"  # 64 times 127, and 64
+        image = (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4096 +X 8192\n"
+                 + (b"\x02\x02\x20\x00" + run * 4) * 4096)
+        spent = [cpu()]
+        for status in (201, 200):
+            answer = self.server.post("/v1/assets", image, {"Content-Type": "image/vnd.radiance"})
+            self.assertEqual(answer.status, status)
+            spent.append(cpu())
+        first, second = spent[1] - spent[0], spent[2] - spent[1]
+        self.assertGreater(first, 5 * second, spent)
 
     def test_content_with_an_image_type_must_be_an_image(self):
         noise = bytes(7 * i * i % 251 for i in range(500))

@@ -342,6 +342,15 @@ TEST(ExrHeader, PictureMayBeALaterPart) {
   EXPECT_EQ(values, (std::vector<float>{1, 2, 3, 9}));
 }
 
+TEST(ExrHeader, ACutFileOfSeveralPartsIsNotWhole) {
+  const std::string file =
+      one_pixel({{"depth", {"Z"}, kOne, kOne}, {"rgba", {"A", "B", "G", "R"}, {0, 0, 7, 7}, kOne}});
+  EXPECT_TRUE(core::check_image_file(bytes_of(file)));
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{20}, file.size() / 2}) {
+    EXPECT_FALSE(core::check_image_file(bytes_of(file.substr(0, file.size() - cut)))) << cut;
+  }
+}
+
 TEST(ExrHeader, GreyHasOneChannel) {
   const core::Image image = decoded(one_pixel({{"", {"Y"}, kOne, kOne}}));
   EXPECT_EQ(image.channels, 1);

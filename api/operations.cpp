@@ -411,8 +411,9 @@ constexpr std::array kOperations = {
               "Keeps the image so far. Cancelling twice is not an error.", "write", kNoHeaders,
               kNoBody, kJobChanged, kCancelProblems, true},
     Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Retry a failed job.",
-              "From its last complete checkpoint, if any. 409 if its scene was "
-              "deleted.",
+              "From its last complete checkpoint, if any. Also renders a finished job from its "
+              "beginning if a worker whose samples it has turned out to be wrong, as its warning "
+              "says. 409 if its scene was deleted.",
               "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},

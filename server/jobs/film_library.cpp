@@ -258,6 +258,17 @@ void FilmLibrary::remove_all_loose() {
   }
 }
 
+Status FilmLibrary::announce_removal(const Job& job) {
+  return job.memory_only() ? core::ok_status() : parts_.table.note_loose_film(job.id());
+}
+
+void FilmLibrary::remove_forgotten(const Job& job) {
+  drop(job);
+  if (!job.memory_only()) {
+    remove_loose(job.id());
+  }
+}
+
 void FilmLibrary::remove_unused(Job& job) {
   const core::MutexLock changing(job.change_mutex());
   const JobRecord record = job.record();

@@ -65,6 +65,11 @@ class FilmLibrary {
   void remove_loose(const std::string& id);
   /// Removes files whose creation or removal the previous process did not complete.
   void remove_all_loose();
+  /// Removes the film of a job whose samples are forgotten (forget_samples()). Call the first
+  /// before that is committed, the second after it, with the job's change_mutex() held: if the
+  /// process ends in between, the next start removes the film.
+  core::Status announce_removal(const Job& job);
+  void remove_forgotten(const Job& job);
   /// Removes the file of a job that ended before it had a sample.
   void remove_unused(Job& job);
 

@@ -55,6 +55,18 @@ std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
                                                             core::pixel_errors(settings));
 }
 
+void forget_samples(JobRecord& record) {
+  // Clients have seen the revision: it does not return to lower ones.
+  const std::uint32_t revision = record.view.progress.revision;
+  record.view.progress = api::JobView::nothing_rendered();
+  record.view.progress.revision = revision;
+  record.film = FilmPlace::kNone;
+  record.film_bytes = 0;
+  record.unverified.clear();
+  record.is_doubted = false;
+  std::erase(record.view.warnings, kDoubtedWarning);
+}
+
 void note_samples_by_error(api::JobView& view) {
   const auto samples = static_cast<int>(std::llround(view.progress.samples_mean));
   if (core::is_by_error(view.stop_reason)) {
@@ -145,6 +157,8 @@ void visit_members(Record& record, Visit&& visit) {
   visit("error_grain", progress.error.grain);
   visit("error_doubt", progress.error.doubt);
   visit("error_reach", progress.error.reach);
+  visit("unverified", record.unverified);
+  visit("is_doubted", record.is_doubted);
 }
 
 template <typename Value>
@@ -290,6 +304,8 @@ JobRow to_row(const JobRecord& record) {
   }
   return row;
 }
+
+std::string text_of_worker(const std::string& worker) { return api::dump(worker); }
 
 bool is_damaged(const core::Error& error, std::string_view id) {
   return error.code == core::ErrorCode::kInternal && error.where == id;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,17 @@ struct JobRecord {
   FilmPlace film = FilmPlace::kNone;
   std::uint64_t film_bytes = 0;  ///< On disk.
   std::optional<core::Error> failure;
+  std::set<std::string> unverified;  ///< Workers with unverified results in the film.
+  bool is_doubted = false;           ///< One of them returned wrong results after the job's end.
 };
+
+/// Warning of a doubted job.
+inline constexpr std::string_view kDoubtedWarning =
+    "A worker that rendered parts of the image without a check by a second one returned wrong "
+    "results later: the image may be wrong. Retry the job, or submit it again, to render it anew.";
+
+/// Forgets what was rendered. The film remains to be removed.
+void forget_samples(JobRecord& record);
 
 /// queued -> loading -> rendering -> finished; paused from the first three and back to queued or
 /// rendering; failed and cancelled from all that are not final. Queued again: a finished job that
@@ -40,6 +51,8 @@ void note_samples_by_error(api::JobView& view);
 std::vector<std::string> new_warnings(const api::JobView& before, const api::JobView& after);
 
 JobRow to_row(const JobRecord& record);
+/// Returns how rows name a worker.
+std::string text_of_worker(const std::string& worker);
 /// Errors: kInternal when the record is damaged or cannot be read.
 core::Result<JobRecord> to_record(const JobRow& row);
 /// Returns whether the error of a job's record is that of to_record(): it stays, unlike failures of

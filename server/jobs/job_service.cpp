@@ -99,7 +99,9 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
         WorkBoard::Calls{
             .note_waiting =
                 [this](Job& job, const std::string& reason) { builder_.note_waiting(job, reason); },
-            .distrust = [this](const JobPointer& job) { life_.begin_again(job); }});
+            .note_unverified = [this](Job& job,
+                                      const std::string& worker) { note_unverified(job, worker); },
+            .distrust = [this](const std::string& worker) { distrust(worker); }});
   }
 }
 
@@ -159,6 +161,36 @@ void JobService::stop() {
     board_->stop();
   }
   life_.finish_stop();
+}
+
+void JobService::note_unverified(Job& job, const std::string& worker) {
+  if (job.record().unverified.contains(worker)) {
+    return;
+  }
+  // Fails only for a job that was deleted in the meantime.
+  static_cast<void>(journal_.change(job,
+                                    [&](JobRecord& record) -> Verdict {
+                                      record.unverified.insert(worker);
+                                      return {};
+                                    },
+                                    {.unstored = Journal::Unstored::kInMemory}));
+}
+
+void JobService::distrust(const std::string& worker) {
+  for (const JobPointer& job : book_.all()) {
+    life_.distrust(job, worker);
+  }
+  const auto ids = table_.with_text(text_of_worker(worker));
+  if (!ids) {
+    log_.write(LogLevel::kError, "jobs_not_doubted",
+               {{"worker", worker}, {"detail", ids.error().message}});
+    return;
+  }
+  for (const std::string& id : *ids) {
+    if (const auto job = index_.find(id)) {
+      life_.distrust(*job, worker);
+    }
+  }
 }
 
 void JobService::upkeep(const std::stop_token& stop) {
@@ -402,6 +434,9 @@ Verdict JobService::queue_again(const JobPointer& job, const Journal::Modify& mo
   };
   const Verdict changed =
       journal_.change(*job, queue, {.before_publishing = [&](const JobRecord& after) {
+        if (after.film == FilmPlace::kNone) {
+          films_.remove_forgotten(*job);
+        }
         life_.follow_state(job, before, after);
       }});
   if (changed) {
@@ -435,6 +470,9 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
                        api::ledger_words(view.ledger),
                    ""};
     }
+    if (record.is_doubted) {
+      return Error{ErrorCode::kConflict, "its samples may be wrong; retry the job first", ""};
+    }
     if (record.film != FilmPlace::kOnDisk) {
       return Error{ErrorCode::kConflict, "the job's film no longer exists", ""};
     }
@@ -459,20 +497,21 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
 }
 
 Verdict JobService::retry(const JobPointer& job) {
-  return queue_again(job, [](JobRecord& record) -> Verdict {
+  return queue_again(job, [&](JobRecord& record) -> Verdict {
     api::JobView& view = record.view;
-    if (view.state != JobState::kFailed) {
+    const bool is_wrong = record.is_doubted && view.ledger.empty();
+    if (view.state != JobState::kFailed && !(view.state == JobState::kFinished && is_wrong)) {
       return Error{ErrorCode::kConflict,
                    "the job is " + std::string(api::to_text(view.state)) +
-                       "; only a failed one can be retried",
+                       "; only a failed one can be retried, or a finished one whose samples may "
+                       "be wrong",
                    ""};
     }
-    if (record.film != FilmPlace::kOnDisk) {
-      record.film =
-          FilmPlace::kNone;  // Also for an evicted film: the job starts from the beginning.
-      const std::uint32_t revision = view.progress.revision;
-      view.progress = api::JobView::nothing_rendered();
-      view.progress.revision = revision;
+    if (record.film != FilmPlace::kOnDisk || is_wrong) {  // Also for an evicted film.
+      if (const Status announced = films_.announce_removal(*job); !announced) {
+        return announced.error();
+      }
+      forget_samples(record);
     }
     record.failure.reset();
     view.failure.reset();

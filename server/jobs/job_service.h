@@ -135,6 +135,12 @@ class JobService {
   /// Also removes a job whose record is damaged, so that it cannot be found. Refused: also 404.
   Verdict remove(const std::string& id, const Access& access);
 
+  // For WorkBoard.
+  /// Records that the job's film gets unverified samples of the worker.
+  void note_unverified(Job& job, const std::string& worker);
+  /// The worker returned wrong results: as LifeCycle::distrust() for all jobs, in memory or stored.
+  void distrust(const std::string& worker);
+
   JobIndex& index() { return index_; }
   const JobIndex& index() const { return index_; }
   FilmLibrary& films() { return films_; }

@@ -480,52 +480,54 @@ void LifeCycle::go_on_with_room() {
   admit();
 }
 
-void LifeCycle::begin_again(const JobPointer& job) {
-  savers_.post([this, job] {
-    JobState before = JobState::kQueued;
-    std::shared_ptr<RenderRun> run;
-    const auto modify = [&](JobRecord& record) -> Verdict {
-      before = record.view.state;
-      if (api::is_final(before)) {
-        record.view.warnings.emplace_back(
-            "A worker that rendered parts of the image without a check by a second one returned "
-            "wrong results later. Render the job again.");
-        return {};
-      }
-      record.view.warnings.emplace_back(
-          "A worker whose samples were in the film returned wrong results; the job is rendered "
-          "again from its beginning.");
-      const std::uint32_t revision = record.view.progress.revision;
-      record.view.progress = api::JobView::nothing_rendered();
-      record.view.progress.revision = revision;
-      record.view.state = before == JobState::kPaused ? before : JobState::kQueued;
-      record.film = FilmPlace::kNone;
-      record.film_bytes = 0;
-      return {};
-    };
-    const auto restart = [&](const JobRecord& after) {
-      if (api::is_final(before)) {
-        return;
-      }
-      job->stop_load();
-      if ((run = job->take_run())) {
-        parts_.scheduler.remove(*run);
-        run->leave();
-      }
-      parts_.films.drop(*job);
-      if (const Status removed = remove_file(parts_.data.film_path(job->id())); !removed) {
-        parts_.log.write(LogLevel::kError, "film_not_removed",
-                         {{"job", job->id()}, {"detail", removed.error().message}});
-      }
-      follow_state(job, before, after);
-    };
-    static_cast<void>(parts_.journal.change(
-        *job, modify, {.unstored = Journal::Unstored::kInMemory, .before_publishing = restart}));
-    if (run) {
-      count_work(*run);
+void LifeCycle::distrust(const JobPointer& job, const std::string& worker) {
+  JobState before = JobState::kQueued;
+  std::shared_ptr<RenderRun> run;
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    before = record.view.state;
+    if (record.unverified.erase(worker) == 0) {
+      return Error{ErrorCode::kCancelled, "the film has no unverified samples of the worker", ""};
     }
+    if (api::is_final(before) && !record.is_doubted) {
+      record.is_doubted = true;
+      record.view.warnings.emplace_back(kDoubtedWarning);
+    }
+    if (api::is_final(before)) {
+      return {};
+    }
+    if (const Status announced = parts_.films.announce_removal(*job); !announced) {
+      parts_.log.write(LogLevel::kError, "film_not_removed",
+                       {{"job", job->id()}, {"detail", announced.error().message}});
+    }
+    forget_samples(record);
+    record.view.warnings.emplace_back(
+        "A worker whose samples were in the film returned wrong results; the job is rendered "
+        "again from its beginning.");
+    record.view.state = before == JobState::kPaused ? before : JobState::kQueued;
+    return {};
+  };
+  const auto restart = [&](const JobRecord& after) {
+    parts_.log.write(LogLevel::kWarning, "job_doubted",
+                     {{"job", job->id()}, {"worker", worker}, {"state", api::to_text(before)}});
+    if (api::is_final(before)) {
+      return;
+    }
+    job->stop_load();
+    if ((run = job->take_run())) {
+      parts_.scheduler.remove(*run);
+      run->leave();
+    }
+    parts_.films.remove_forgotten(*job);
+    follow_state(job, before, after);
+  };
+  const Verdict doubted = parts_.journal.change(
+      *job, modify, {.unstored = Journal::Unstored::kInMemory, .before_publishing = restart});
+  if (run) {
+    count_work(*run);
+  }
+  if (doubted) {
     admit();
-  });
+  }
 }
 
 void LifeCycle::park(const JobPointer& job) {

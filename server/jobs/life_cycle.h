@@ -56,9 +56,10 @@ class LifeCycle final : private RenderRun::Owner {
   /// The same for a change of priority and stop rule.
   void follow_patch(const JobPointer& job, const JobRecord& before, const JobRecord& after);
 
-  /// Renders the job from its beginning, since its film holds wrong samples, and warns. A job that
-  /// has ended only gets the warning.
-  void begin_again(const JobPointer& job);
+  /// Renders the job from its beginning if its film has unverified samples of the worker, which
+  /// returned wrong ones. A job that has ended is warned of and marked, since clients may have its
+  /// image: it is rendered again when they ask.
+  void distrust(const JobPointer& job, const std::string& worker);
 
   Checkpoints& checkpoints() { return checkpoints_; }
   /// Resumes jobs paused for lack of disk space if there is space now.

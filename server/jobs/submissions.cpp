@@ -27,8 +27,8 @@ std::string key_of(const Submissions::Submission& submission) {
          submission.key;
 }
 
-/// Returns whether the job still is that of its first request, and has an image or will have one,
-/// or has failed too recently to be tried again.
+/// Returns whether the job still is that of its first request, and has an image that is not
+/// doubted or will have one, or has failed too recently to be tried again.
 bool still_answers(const Job& job, double failed_seconds) {
   const JobRecord record = job.record();
   const api::JobView& view = record.view;
@@ -38,7 +38,8 @@ bool still_answers(const Job& job, double failed_seconds) {
   if (view.state == JobState::kFailed) {
     return unix_now() - view.finished_at_unix_seconds.value_or(0) < failed_seconds;
   }
-  return view.state != JobState::kCancelled && record.film != FilmPlace::kEvicted;
+  return view.state != JobState::kCancelled && record.film != FilmPlace::kEvicted &&
+         !record.is_doubted;
 }
 
 /// Returns a view without the job's identity.
@@ -399,6 +400,8 @@ core::Result<JobPointer> Submissions::add_finished(FinishedFilm finished) {
   record.sequence = ++last_sequence_;
   record.view.id = make_uuid();
   record.tenant = finished.tenant;
+  record.unverified = std::move(finished.unverified);
+  record.is_doubted = finished.is_doubted;
   const core::ConvergencePoint point{.samples_per_pixel = record.view.progress.samples_max,
                                      .elapsed_seconds = finished.elapsed_seconds,
                                      .cpu_seconds = record.view.progress.cpu_seconds,

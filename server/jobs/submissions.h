@@ -7,6 +7,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -109,6 +110,8 @@ class Submissions {
     std::string arithmetic;  ///< core::arithmetic_class() of the films; empty: unknown
     std::vector<std::string> warnings;
     std::string tenant;
+    std::set<std::string> unverified = {};  ///< As in JobRecord, of all its parts.
+    bool is_doubted = false;
   };
   /// Errors: kUnavailable when stopping, kOverQuota, kNoSpace, kInternal.
   core::Result<JobPointer> add_finished(FinishedFilm finished);

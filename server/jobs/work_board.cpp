@@ -133,7 +133,9 @@ core::Result<std::uint64_t> WorkBoard::result_bytes_max(const std::string& name,
 
 Status WorkBoard::take(const std::string& name, const Sender& sender, std::string_view result) {
   std::shared_ptr<RenderRun> run;
+  JobPointer job;
   std::vector<core::Slice> slices;
+  bool is_checked = false;
   {
     const core::MutexLock lock(mutex_);
     const auto unit = table_.begin_result(name, sender);
@@ -141,7 +143,9 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
       return unit.error();
     }
     run = (*unit)->run;
+    job = (*unit)->job.lock();
     slices = (*unit)->slices;
+    is_checked = (*unit)->is_checked;
   }
   const auto work_or_throw = [&] {
     try {
@@ -153,6 +157,11 @@ Status WorkBoard::take(const std::string& name, const Sender& sender, std::strin
     }
   };
   auto work = work_or_throw();
+  if (work && job && !is_checked) {
+    // Stored before the samples can be, and before the lease is asked for: if the worker is
+    // suspended meanwhile, either the job is known to be spoilt, or the result is refused.
+    calls_.note_unverified(*job, sender.worker);
+  }
   std::optional<LeaseTable::Work> accepted;
   {
     const core::MutexLock lock(mutex_);
@@ -217,7 +226,7 @@ void WorkBoard::render_here(const std::string& name) {
 
 void WorkBoard::take_own(const std::string& name, std::optional<LeaseTable::Work> work) {
   const std::string digest = work ? core::content_digest(*work) : "";
-  std::vector<JobPointer> doubted;
+  std::vector<std::string> suspended;
   std::shared_ptr<RenderRun> run;
   {
     const core::MutexLock lock(mutex_);
@@ -231,11 +240,11 @@ void WorkBoard::take_own(const std::string& name, std::optional<LeaseTable::Work
       return;
     }
     run = found->second.run;
-    doubted = table_.judge(name, digest);
+    suspended = table_.judge(name, digest);
   }
   accept(name, *run, *std::move(work));
-  for (const JobPointer& job : doubted) {
-    calls_.distrust(job);
+  for (const std::string& worker : suspended) {
+    calls_.distrust(worker);
   }
 }
 

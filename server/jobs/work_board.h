@@ -39,11 +39,15 @@ class WorkBoard {
   /// Called by the board's thread. reason: why no worker renders the job; empty: it does not wait.
   using NoteWaiting = std::function<void(Job& job, const std::string& reason)>;
 
-  /// Called when results of a suspended worker are in the job's film without having been verified.
-  using Distrust = std::function<void(const JobPointer& job)>;
+  /// Called before the job's film gets an unverified result of the worker.
+  using NoteUnverified = std::function<void(Job& job, const std::string& worker)>;
+
+  /// Called when the worker was suspended for wrong results.
+  using Distrust = std::function<void(const std::string& worker)>;
 
   struct Calls {
     NoteWaiting note_waiting;
+    NoteUnverified note_unverified;
     Distrust distrust;
   };
   /// scheduler and log must outlive it.

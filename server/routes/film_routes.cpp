@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -41,6 +42,8 @@ core::FilmFormatLimits film_limits() {
 struct Source {
   core::FilmPart part;
   api::FilmOrigin origin;
+  std::set<std::string> unverified = {};  ///< As in JobRecord.
+  bool is_doubted = false;
 };
 
 Error placed(Error error, const std::string& where) {
@@ -61,13 +64,16 @@ core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
   if (!film) {
     return film.error();
   }
+  const JobRecord record = job.record();
   const api::JobView view = context.jobs.view(job);
   return Source{.part = {.film = *film, .ledger = ledger_of(view, **film)},
                 .origin = {.spec = view.spec,
                            .stop_reason = view.stop_reason,
                            .is_ended_by_error = api::is_ended_by_error(view),
                            .elapsed_seconds = view.progress.elapsed_seconds,
-                           .build = view.build}};
+                           .build = view.build},
+                .unverified = record.unverified,
+                .is_doubted = record.is_doubted};
 }
 
 /// Returns whether the job request stored with the film describes its samples.
@@ -263,6 +269,8 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   bool is_one_arithmetic = true;
   for (const Source& source : sources) {
     finished.elapsed_seconds += source.origin.elapsed_seconds;
+    finished.unverified.insert(source.unverified.begin(), source.unverified.end());
+    finished.is_doubted = finished.is_doubted || source.is_doubted;
     // If an error estimate chose one film's count, it also influenced the sum's.
     if (source.origin.is_ended_by_error) {
       finished.stop_reason = core::StopReason::kRelativeError;
@@ -270,6 +278,9 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
     is_one_build = is_one_build && source.origin.build == finished.build;
     is_one_arithmetic =
         is_one_arithmetic && api::arithmetic_of(source.origin.build) == finished.arithmetic;
+  }
+  if (finished.is_doubted) {
+    finished.warnings.emplace_back(kDoubtedWarning);
   }
   if (!is_one_arithmetic) {
     finished.warnings.emplace_back(

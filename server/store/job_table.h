@@ -111,6 +111,8 @@ class JobTable {
   core::Result<std::optional<JobRow>> find(std::string_view id);
   /// Returns jobs, newest first.
   core::Result<std::vector<JobRow>> list(const JobQuery& query);
+  /// Returns the ids of the jobs whose records contain the text. Reads all records.
+  core::Result<std::vector<std::string>> with_text(std::string_view text);
   /// Returns unfinished jobs, oldest first.
   core::Result<std::vector<JobRow>> unfinished();
   /// Removes the job; its film is loose from then on.
@@ -119,8 +121,8 @@ class JobTable {
   /// will be removed.
   core::Status note_loose_film(std::string_view id);
   core::Status forget_loose_film(std::string_view id);
-  /// Returns film files without a job, or of a job whose film was evicted: their creation or
-  /// removal was interrupted when a process ended.
+  /// Returns film files without a job, or of a job whose film was evicted or forgotten: their
+  /// creation or removal was interrupted when a process ended.
   core::Result<std::vector<std::string>> loose_films();
   /// Returns ended jobs whose film is on disk, oldest first.
   core::Result<std::vector<JobRow>> films_oldest_first(int limit);

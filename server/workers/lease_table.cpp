@@ -281,10 +281,12 @@ core::Result<LeaseTable::Taken> LeaseTable::take_result(const std::string& name,
   }
   WorkUnit& unit = found->second;
   unit.is_busy = false;
+  if (!unit.has_lease(worker)) {  // It was suspended meanwhile.
+    return Error{ErrorCode::kConflict, "the worker does not hold the unit any more", ""};
+  }
   note_result(unit, worker, bytes, now);
   unit.drop_lease(worker);
   if (!unit.is_checked) {
-    note_unverified(worker, unit.job);
     unit.is_busy = true;
     return Taken{.work = std::move(work)};
   }
@@ -402,27 +404,16 @@ bool LeaseTable::waits_for_nobody(const WorkUnit& unit, Time now) const {
   return now - unit.first->at > kVerifyWait || (unit.leases.empty() && !has_other);
 }
 
-void LeaseTable::note_unverified(const std::string& worker, const std::weak_ptr<Job>& job) {
-  std::vector<std::weak_ptr<Job>>& jobs = workers_[worker].unverified;
-  std::erase_if(jobs, [](const std::weak_ptr<Job>& each) { return each.expired(); });
-  const std::shared_ptr<Job> alive = job.lock();
-  if (alive && std::none_of(jobs.begin(), jobs.end(),
-                            [&](const std::weak_ptr<Job>& each) { return each.lock() == alive; })) {
-    jobs.push_back(job);
-  }
-}
-
 void LeaseTable::begin_own(const std::string& name) {
   units_.at(name).is_busy = true;
   ++counts_.own;
 }
 
-std::vector<std::shared_ptr<Job>> LeaseTable::judge(const std::string& name,
-                                                    const std::string& digest) {
-  std::vector<std::shared_ptr<Job>> doubted;
+std::vector<std::string> LeaseTable::judge(const std::string& name, const std::string& digest) {
+  std::vector<std::string> suspended;
   const auto found = units_.find(name);
   if (found == units_.end()) {
-    return doubted;
+    return suspended;
   }
   const WorkUnit& unit = found->second;
   if (unit.first && !unit.other) {
@@ -430,21 +421,23 @@ std::vector<std::shared_ptr<Job>> LeaseTable::judge(const std::string& name,
   }
   for (const auto* result : {&unit.first, &unit.other}) {
     if (*result && (*result)->digest != digest) {
-      const auto more = suspend(std::string((*result)->worker),
-                                "its result differed from that of the server; restart the worker "
-                                "once its machine has been checked");
-      doubted.insert(doubted.end(), more.begin(), more.end());
+      const std::string worker = (*result)->worker;
+      log_.write(LogLevel::kError, "results_differ",
+                 {{"unit", name}, {"worker", worker}, {"other_worker", "the server"}});
+      if (suspend(worker,
+                  "its result differed from that of the server; restart the worker once "
+                  "its machine has been checked")) {
+        suspended.push_back(worker);
+      }
     }
   }
-  return doubted;
+  return suspended;
 }
 
-std::vector<std::shared_ptr<Job>> LeaseTable::suspend(const std::string& name,
-                                                      const std::string& reason) {
+bool LeaseTable::suspend(const std::string& name, const std::string& reason) {
   Worker& worker = workers_[name];
-  std::vector<std::shared_ptr<Job>> doubted;
   if (!worker.suspended.empty()) {
-    return doubted;
+    return false;
   }
   worker.suspended = reason;
   ++worker.view.faults;
@@ -457,12 +450,7 @@ std::vector<std::shared_ptr<Job>> LeaseTable::suspend(const std::string& name,
     }
   }
   to_report_.insert(name);
-  for (const std::weak_ptr<Job>& each : std::exchange(worker.unverified, {})) {
-    if (auto job = each.lock()) {
-      doubted.push_back(std::move(job));
-    }
-  }
-  return doubted;
+  return true;
 }
 
 // What passes with time, and planning.

@@ -7,8 +7,7 @@
 /// Faults are counted by worker. A worker that fails a unit rests, each time in a row for twice as
 /// long, and does not get that unit again while there are others. If two results differ, or no
 /// worker is left to render or verify a unit, the coordinator renders it. The worker whose result
-/// differs from the coordinator's is suspended until it is restarted, and the jobs that took
-/// results of it unverified are returned to the caller.
+/// differs from the coordinator's is suspended until it is restarted.
 ///
 /// It has no threads, no lock and no clock: each call is given the time, and the caller locks
 /// (WorkBoard).
@@ -102,7 +101,8 @@ class LeaseTable {
                                ///< waits for another worker's, or differs from it.
     bool is_disputed = false;  ///< The two results differ: the caller renders the unit.
   };
-  /// Errors: kNotFound when the unit was removed meanwhile, by clear().
+  /// Errors: kNotFound when the unit was removed meanwhile, by clear(); kConflict when the worker
+  /// has lost it.
   core::Result<Taken> take_result(const std::string& name, const std::string& worker, Work work,
                                   std::size_t bytes, Time now);
   /// Returns the unit to the table. fault: empty if there is none. Errors: as held().
@@ -115,9 +115,8 @@ class LeaseTable {
 
   /// Reserves the unit for it, until close() or cancel().
   void begin_own(const std::string& name);
-  /// Suspends the workers whose results differ from this one, the coordinator's. Returns the jobs
-  /// that took results of them unverified.
-  std::vector<std::shared_ptr<Job>> judge(const std::string& name, const std::string& digest);
+  /// Suspends the workers whose results differ from this one, the coordinator's, and returns them.
+  std::vector<std::string> judge(const std::string& name, const std::string& digest);
   /// Returns the units that no worker is left to render or, after one has, to verify.
   std::vector<std::string> hopeless(Time now) const;
 
@@ -161,7 +160,6 @@ class LeaseTable {
     int failures = 0;        ///< In a row.
     Time rests_until;        ///< After its last failure.
     std::string last_fault;
-    std::vector<std::weak_ptr<Job>> unverified;  ///< Jobs that took results of it unverified.
   };
   enum class Fault {
     kLost,    ///< It did not report in time.
@@ -172,11 +170,11 @@ class LeaseTable {
   /// unit come from different keys too, while workers with other keys are connected.
   bool has_part_in(const WorkUnit& unit, const Sender& sender, Time now) const;
   void note_result(WorkUnit& unit, const std::string& worker, std::size_t bytes, Time now);
-  void note_unverified(const std::string& worker, const std::weak_ptr<Job>& job);
   /// Handles a unit that a worker has failed: the worker rests, and another one gets the unit.
   void fail_unit(Units::value_type& unit, const std::string& worker, Fault fault,
                  const std::string& reason, Time now);
-  std::vector<std::shared_ptr<Job>> suspend(const std::string& worker, const std::string& reason);
+  /// Returns false if it was suspended before.
+  bool suspend(const std::string& worker, const std::string& reason);
   /// Returns why the worker gets no units now; empty: it gets some.
   std::string why_idle(const Worker& worker, Time now) const;
   bool is_live(const Worker& worker, Time now) const {

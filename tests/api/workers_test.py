@@ -494,6 +494,28 @@ class VerifyTest(FarmTest):
         if farm.listed()[liar.id]["units"] > 1:
             self.assertRegex(str(ended["warnings"]), "rendered again from its beginning")
 
+    def test_a_job_that_ended_before_a_restart_is_warned_of_when_the_liar_is_found(self):
+        farm = self.farm(verify=0)
+        liar = self.liar(farm)
+        body = job_body(samples=8)
+        spoilt = farm.server.render(body)
+        self.assertNotEqual(spoilt["film_digest"], SingleProcess.digest(body))
+        self.assertNotIn("may be wrong", str(spoilt["warnings"]))
+        farm.server.kill()
+        farm.server.flags[farm.server.flags.index("--verify") + 1] = "1"
+        farm.server.flags[farm.server.flags.index("--port") + 1] = str(farm.server.port)
+        farm.server.start()
+        farm.wait_for_worker(liar.id, lambda w: w["state"] == "idle", "the worker")
+        other = job_body(samples=8, seed=2)
+        self.check_film(farm, farm.server.submit(other)["id"], other)
+        self.assertEqual(farm.listed()[liar.id]["state"], "suspended")
+        warned = farm.server.wait_until(spoilt["id"], lambda j: j["warnings"] != spoilt["warnings"],
+                                         "the warning")
+        self.assertRegex(str(warned["warnings"]), "the image may be wrong")
+        self.assertEqual(farm.server.post(f"/v1/jobs/{spoilt['id']}/retry").status, 202)
+        right = self.check_film(farm, spoilt["id"], body)
+        self.assertEqual(right["warnings"], spoilt["warnings"])
+
     def test_the_server_verifies_a_single_worker(self):
         farm = self.farm(verify=1, workers=1)
         body = job_body(samples=8)

@@ -59,6 +59,8 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   api::add_warning(record.view, {"clamped", "/materials/0", "2 is outside [0, 1]; 1 counts"});
   api::add_warning(record.view, {"padding", "", "of the\tcontainer"});
   record.failure = core::Error{core::ErrorCode::kNoSpace, "the disk is full", "/films/a"};
+  record.unverified = {"worker 1", "worker 2"};
+  record.is_doubted = true;
   record.view.progress.samples_max = 4;
   record.view.progress.elapsed_seconds = 2;
   record.view.progress.cpu_seconds = 4;
@@ -76,6 +78,8 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   EXPECT_EQ(back->view.warning_details[0], record.view.warning_details[0]);
   ASSERT_TRUE(back->view.failure);
   EXPECT_EQ(back->view.failure->status, 507);
+  EXPECT_EQ(back->unverified, record.unverified);
+  EXPECT_TRUE(back->is_doubted);
   EXPECT_EQ(back->view.progress.samples_max, 4);
   EXPECT_EQ(back->view.progress.rays_per_second, 50);
   EXPECT_EQ(back->view.progress.efficiency(), 1.0);                 // 1 / (0.5^2 * 4 s)

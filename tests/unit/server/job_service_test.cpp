@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -346,6 +349,82 @@ TEST_F(Jobs, RendersADamagedFilmAgainToTheSameEnd) {
   ASSERT_TRUE(wait_for(*found, JobState::kFinished));
   EXPECT_EQ(jobs->view(**found).film_digest, digest);
   EXPECT_FALSE(jobs->view(**found).warnings.empty());
+}
+
+TEST_F(Jobs, EndedJobsWithSamplesOfALiarAreWarnedOfWhereverTheyAre) {
+  const std::string kLiar = R"(a "liar" \ of course)";  // A worker's name may be any text.
+  options.book.final_jobs_max = 2;
+  restart();
+  std::vector<std::string> ids;
+  for (int i = 0; i < 6; ++i) {
+    const auto job = submit(2);
+    jobs->note_unverified(*job, i == 5 ? "honest" : kLiar);
+    ASSERT_TRUE(wait_for(job, JobState::kFinished));
+    ids.push_back(job->id());
+  }
+  const auto warnings = [&](const std::string& id) {
+    const auto found = jobs->find(id, Access::operators());
+    const auto all = found ? jobs->view(**found).warnings : std::vector<std::string>();
+    return std::count(all.begin(), all.end(), server::kDoubtedWarning);
+  };
+  restart();
+  jobs->distrust("\"of course\"");
+  EXPECT_EQ(warnings(ids[0]), 0);
+  jobs->distrust(kLiar);
+  jobs->distrust(kLiar);
+  restart();
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(warnings(ids[i]), 1);
+  }
+  EXPECT_EQ(warnings(ids[5]), 0);
+}
+
+TEST_F(Jobs, ADoubtedJobIsNotContinuedButRenderedAnewWhenItIsRetried) {
+  options.book.running_max = 1;
+  restart();
+  const auto job = submit(8);
+  jobs->note_unverified(*job, "liar");
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  const api::JobView before = jobs->view(*job);
+  EXPECT_EQ(jobs->retry(job).problem().status, 409) << "nothing is known against it";
+  jobs->distrust("liar");
+  EXPECT_EQ(jobs->view(*job).state, JobState::kFinished) << "clients have its image";
+  EXPECT_EQ(jobs->extend(job, R"({"stop": {"samples_per_pixel": 16}})").problem().status, 409);
+  const auto busy = submit(kForever, R"(, "priority": 1)");
+  ASSERT_TRUE(wait_for_samples(busy));
+  ASSERT_TRUE(jobs->retry(job));
+  EXPECT_EQ(jobs->view(*job).progress.samples_max, 0);
+  EXPECT_FALSE(std::filesystem::exists(data->film_path(job->id())));
+  EXPECT_EQ(jobs->view(*job).warnings, before.warnings);
+  ASSERT_TRUE(jobs->cancel(busy));
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  EXPECT_EQ(jobs->view(*job).film_digest, before.film_digest);
+}
+
+TEST_F(Jobs, ARequestByContentIsNotAnsweredWithADoubtedJob) {
+  const JobService::Submission submission = {
+      .key = "hash", .body_hash = "hash", .is_by_content = true};
+  const auto first = jobs->submit(request(2), submission);
+  ASSERT_TRUE(first);
+  jobs->note_unverified(*first->job, "liar");
+  ASSERT_TRUE(wait_for(first->job, JobState::kFinished));
+  EXPECT_TRUE(jobs->submit(request(2), submission)->is_replay);
+  jobs->distrust("liar");
+  EXPECT_FALSE(jobs->submit(request(2), submission)->is_replay);
+}
+
+TEST_F(Jobs, AForgottenFilmThatTheProcessDidNotRemoveIsRemovedByTheNext) {
+  const auto job = submit(8);
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  server::JobRecord record = job->record();
+  server::forget_samples(record);
+  ASSERT_TRUE(jobs->films().announce_removal(*job));
+  const std::string film = data->film_path(job->id());
+  jobs->films().remove_all_loose();  // As resume() does.
+  EXPECT_TRUE(std::filesystem::exists(film)) << "the change was not committed";
+  ASSERT_TRUE(table->update(server::to_row(record), {}));
+  jobs->films().remove_all_loose();
+  EXPECT_FALSE(std::filesystem::exists(film));
 }
 
 TEST_F(Jobs, HasNoFilmWithoutASample) {

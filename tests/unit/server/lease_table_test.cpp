@@ -300,7 +300,7 @@ TEST_F(VerifiedUnitsTest, TheCoordinatorVerifiesASingleWorker) {
     EXPECT_TRUE(is_hopeless("u"));
     table_.begin_own("u");
     EXPECT_FALSE(is_hopeless("u")) << "it is under way";
-    EXPECT_TRUE(table_.judge("u", core::content_digest(work(1))).empty());
+    EXPECT_EQ(table_.judge("u", core::content_digest(work(1))).empty(), result == 1);
     table_.close("u");
     EXPECT_EQ(state_of("a"), result == 1 ? "idle" : "suspended");
   }
@@ -333,10 +333,9 @@ TEST_F(VerifiedUnitsTest, EqualResultsAreTakenOnce) {
 
 TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspended) {
   options_.verify_share = 0;
-  add("early");
-  ASSERT_EQ(lease("early", "b"), std::nullopt);
-  EXPECT_TRUE(take("early", "b", work(1)).work);
-  table_.close("early");
+  add("late");
+  ASSERT_EQ(lease("late", "b"), std::nullopt);
+  ASSERT_TRUE(table_.begin_result("late", sender("b")));
 
   options_.verify_share = 1;
   add("u");
@@ -350,13 +349,18 @@ TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspen
   EXPECT_FALSE(taken.work);
   EXPECT_TRUE(taken.is_disputed);
   table_.begin_own("u");
-  const auto doubted = table_.judge("u", core::content_digest(work(1)));
-  EXPECT_EQ(doubted, std::vector<JobPointer>{job_}) << "it took a result of b unverified";
+  EXPECT_EQ(table_.judge("u", core::content_digest(work(1))), std::vector<std::string>{"b"});
+  EXPECT_EQ(table_.judge("u", core::content_digest(work(1))), std::vector<std::string>())
+      << "it is suspended once";
   table_.close("u");
   EXPECT_EQ(state_of("a"), "idle");
   EXPECT_EQ(state_of("b"), "suspended");
   EXPECT_EQ(lease("v", "b"), ErrorCode::kUnavailable);
   EXPECT_FALSE(table_.units().at("v").first) << "b's other result is not believed";
+  const auto late = table_.take_result("late", "b", work(1), 100, now_);
+  ASSERT_FALSE(late) << "it was received before, and would be taken unverified";
+  EXPECT_EQ(late.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(lease("late", "a"), std::nullopt);
   pass(seconds(1000), {"a", "b"});
   EXPECT_EQ(state_of("b"), "suspended") << "until it is restarted";
   EXPECT_EQ(table_.counts().suspended, 1U);

@@ -1,9 +1,13 @@
-/// FirstLooks: encodes the images that the page opens a job with, as soon as the job ends.
+/// FirstLooks: encodes the images that the page opens a job with, as soon as the job ends, and
+/// stores them beside its film.
 #pragma once
+
+#include <vector>
 
 #include "server/jobs/background.h"
 #include "server/jobs/job.h"
 #include "server/routes/context.h"
+#include "server/routes/look_file.h"
 
 namespace server {
 
@@ -18,6 +22,7 @@ class FirstLooks {
   /// Keeps the job's thumbnail and its image (clients/web/src/view: thumbnail.tsx, first_look.tsx).
   /// Without memory or a film they are encoded when they are asked for.
   void encode(const JobPointer& job) const;
+  void store(Job& job, const api::JobView& view, const std::vector<StoredLook>& looks) const;
 
   const RouteContext context_;
   Background background_;

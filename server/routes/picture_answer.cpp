@@ -19,6 +19,7 @@
 #include "server/pictures/image_look.h"
 #include "server/pictures/picture.h"
 #include "server/routes/answers.h"
+#include "server/routes/look_file.h"
 
 namespace server {
 
@@ -47,19 +48,29 @@ core::PixelRect crop_of(const core::FilmSettings& film) {
   return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
 }
 
-/// Returns the image of an ended job that is kept under the job and `key`, or encodes and keeps it.
-/// Errors: of encode and of the film.
+core::Result<EncodedPicture> stored_look(const RouteContext& context, const Job& job,
+                                         const std::string& key) {
+  auto look = read_look(context.data.look_path(job.id()), key);
+  if (!look && look.error().code != ErrorCode::kNotFound) {
+    context.log.write(LogLevel::kWarning, "look_damaged",
+                      {{"job", job.id()}, {"detail", look.error().message}});
+  }
+  return look;
+}
+
+/// Returns the image of an ended job that is kept under the job and `key`, or stored, or encodes
+/// it, and keeps it. Errors: of encode and of the film.
 template <typename Encode>
 core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job& job,
                                           const std::string& key, const std::string& tenant,
                                           const Encode& encode) {
   using Made = SingleFlightCache<EncodedPicture>::Made;
   const auto kept = context.pictures.get(job.id() + key, [&]() -> core::Result<Made> {
-    const auto film = context.jobs.films().film(job);
-    if (!film) {
-      return film.error();
+    core::Result<EncodedPicture> made = stored_look(context, job, key);
+    if (!made) {
+      const auto film = context.jobs.films().film(job);
+      made = film ? encode(**film) : film.error();
     }
-    core::Result<EncodedPicture> made = encode(**film);
     if (!made) {
       return made.error();
     }
@@ -76,6 +87,10 @@ core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job
 }
 
 }  // namespace
+
+std::string kept_key(const api::JobView& view, std::string_view etag) {
+  return view.film_digest + std::string(etag);
+}
 
 std::vector<std::string> tone_map_names() {
   std::vector<std::string> names;
@@ -186,7 +201,7 @@ Response picture_answer(const RouteContext& context, const Request& request, con
     return PictureMaker(context.memory, context.about).make(of, picture, MemoryGate::kPatience);
   };
   core::Result<EncodedPicture> encoded =
-      is_kept ? kept_picture(context, *job, view.film_digest + etag, request.access.tenant, encode)
+      is_kept ? kept_picture(context, *job, kept_key(view, etag), request.access.tenant, encode)
               : encode(*film);
   if (!encoded) {
     return error_answer(request, encoded.error());

@@ -31,6 +31,10 @@ std::optional<api::DenoisedView> view_of(const DenoiseService::Pointer& made,
 std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const Job& job,
                                                    const core::ImageFormat& format);
 
+/// Returns the key of the image with that ETag of an ended job: in RouteContext::pictures after the
+/// job's id, and in its look file.
+std::string kept_key(const api::JobView& view, std::string_view etag);
+
 /// Returns 200 with the image of the job's newest film, 304 to a GET that knows it, or a problem.
 /// The ETag identifies the job, its revision and the request's query.
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,

@@ -11,7 +11,7 @@ namespace server {
 
 core::Result<DataDir> DataDir::open(const std::string& path) {
   for (const std::string& folder :
-       {path, path + "/assets", path + "/films", path + "/comparisons"}) {
+       {path, path + "/assets", path + "/films", path + "/looks", path + "/comparisons"}) {
     if (const auto made = make_directories(folder); !made) {
       return made.error();
     }

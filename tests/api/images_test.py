@@ -3,6 +3,7 @@
 import itertools
 import math
 import pathlib
+import re
 import struct
 import time
 
@@ -493,6 +494,43 @@ class FirstLooks(ApiTest):
             for image in images:
                 self.assertEqual(self.server.get(path + image).status, 200, image)
             self.assert_problem(self.server.get(path + "image.jpg?exposure=3"), 410)
+
+    def cpu_seconds(self):
+        text = self.server.get("/metrics").body.decode()
+        return float(re.search(r"^process_cpu_seconds_total (\S+)$", text, re.MULTILINE)[1])
+
+    def test_they_are_stored_and_do_not_need_the_film_after_a_restart(self):
+        body = job_body(samples=2)
+        body["film"] = {"width": 1920, "height": 1080, "layers": []}
+        job = self.server.render(body)["id"]
+        looks = pathlib.Path(self.server.data, "looks")
+        deadline = time.monotonic() + PATIENCE_S
+        while not (looks / job).exists():
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.02)
+        paths = [f"/v1/jobs/{job}/{image}" for image in (
+            "image.jpg?exposure=auto&tonemap=khronos-neutral", "image.png?max_size=192")]
+        before = [self.server.get(path) for path in paths]
+        self.server.kill()
+        self.server.start()
+        spent = self.cpu_seconds()
+        after = [self.server.get(path) for path in paths]
+        self.assertLess(self.cpu_seconds() - spent, 0.3)
+        named = ("ETag", "X-Tessera-Exposure", "X-Tessera-Set-Aside", "X-Tessera-Error")
+        for old, new in zip(before, after):
+            self.assertEqual((new.status, new.body), (200, old.body))
+            self.assertEqual([new.headers[n] for n in named], [old.headers[n] for n in named])
+        # A flipped bit is noticed, and the image is made from the film.
+        self.server.stop()
+        content = bytearray((looks / job).read_bytes())
+        content[-1000] ^= 1
+        (looks / job).write_bytes(content)
+        self.server.start()
+        for path, old in zip(paths, before):
+            self.assertEqual(self.server.get(path).body, old.body)
+        self.assertIn("look_damaged", self.server.log_text())
+        self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{job}").status, 204)
+        self.assertFalse((looks / job).exists())
 
 
 class RunningJob(ApiTest):

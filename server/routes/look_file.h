@@ -1,0 +1,25 @@
+/// Look files: the encoded images that a job is opened with, stored beside its film, so that the
+/// first requests for them after a restart do not read the film. A damaged or missing file costs
+/// time only: the images are encoded from the film again.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "server/pictures/picture.h"
+
+namespace server {
+
+struct StoredLook {
+  std::string key;  ///< Names film and request; without a space.
+  EncodedPicture picture;
+};
+
+/// Replaces the file. Not synced. Errors: of files.h.
+core::Status write_looks(const std::string& path, const std::vector<StoredLook>& looks);
+/// Errors: kNotFound when there is no file or no such look in it; kInternal when it is damaged.
+core::Result<EncodedPicture> read_look(const std::string& path, std::string_view key);
+
+}  // namespace server

@@ -48,10 +48,10 @@ bool JobBook::goes_before(const Waiting& a, const Waiting& b) {
 }
 
 void JobBook::arrange() {
-  const auto by_age = [](const Waiting& a, const Waiting& b) {
-    return a.job->sequence() < b.job->sequence();
+  const auto by_image_and_age = [](const Waiting& a, const Waiting& b) {
+    return std::pair(a.has_image, a.job->sequence()) < std::pair(b.has_image, b.job->sequence());
   };
-  std::sort(queue_.begin(), queue_.end(), by_age);
+  std::sort(queue_.begin(), queue_.end(), by_image_and_age);
   std::map<std::tuple<std::string, bool, int>, int> turns;
   for (const auto& [number, holder] : holders_) {
     if (holder.paused_at == 0) {
@@ -135,9 +135,11 @@ void JobBook::enqueue(std::vector<Entry> entries) {
   const core::MutexLock lock(mutex_);
   for (Entry& entry : entries) {
     std::erase(final_, entry.job->id());
+    const bool has_image = entry.job->record().view.progress.samples_min > 0;
     queue_.push_back({.job = std::move(entry.job),
                       .rank = entry.admission.rank,
-                      .memory = std::move(entry.admission.memory)});
+                      .memory = std::move(entry.admission.memory),
+                      .has_image = has_image});
   }
   arrange();
 }
@@ -197,7 +199,8 @@ std::string JobBook::full_text(Rank rank) const {
          " waiting. Wait until one has started, and try again.";
 }
 
-bool JobBook::may_start(Rank rank, const std::string& tenant) const {
+bool JobBook::may_start(Rank rank, const std::string& tenant,
+                        const std::set<std::uint64_t>& parked) const {
   if (rank.is_preview) {
     return true;
   }
@@ -205,7 +208,7 @@ bool JobBook::may_start(Rank rank, const std::string& tenant) const {
   bool outranks_one = false;
   bool has_slot = false;
   for (const auto& [number, holder] : holders_) {
-    if (holder.paused_at == 0 && !holder.rank.is_preview) {
+    if (holder.paused_at == 0 && !holder.rank.is_preview && !parked.contains(number)) {
       ++slots;
       outranks_one = outranks_one || rank.priority > holder.rank.priority;
       has_slot = has_slot || holder.job->tenant() == tenant;
@@ -322,6 +325,40 @@ std::vector<JobPointer> JobBook::take_parkable() {
     jobs.push_back(holders_[number].job);
   }
   return jobs;
+}
+
+JobPointer JobBook::take_yielding(const std::function<SliceSource::Turn(const Job&)>& turn_of) {
+  const core::MutexLock lock(mutex_);
+  if (queue_.empty() || (may_start(queue_.front()) && fits(queue_.front()))) {
+    return nullptr;
+  }
+  const Waiting& next = queue_.front();
+  const std::string scene = next.job->record().view.spec.scene;
+  std::uint64_t last = 0;  // No slot has this number.
+  for (const auto& [number, holder] : holders_) {
+    if (holder.is_parking) {
+      return nullptr;
+    }
+    if (holder.paused_at > 0 || holder.rank != next.rank ||
+        holder.job->tenant() != next.job->tenant() ||
+        holder.job->record().view.spec.scene != scene) {
+      continue;
+    }
+    const SliceSource::Turn turn = turn_of(*holder.job);
+    if (!turn.has_image) {
+      return nullptr;
+    }
+    if (!turn.is_timed &&
+        (last == 0 || holder.job->sequence() > holders_.at(last).job->sequence())) {
+      last = number;
+    }
+  }
+  if (last == 0 || next.rank.is_preview || !may_start(next, {last}) || !fits(next, {last}) ||
+      (next.has_image && holders_.at(last).job->sequence() < next.job->sequence())) {
+    return nullptr;
+  }
+  holders_.at(last).is_parking = true;
+  return holders_.at(last).job;
 }
 
 void JobBook::keep(const Job& job) {

@@ -1,10 +1,11 @@
 /// JobBook: known jobs, the queue, the running jobs, and the memory that they hold.
 ///
 /// Order of the queue: preview class first, then higher priority, then tenants in turn (the tenant
-/// with fewer running or earlier jobs first), then age; a job is never passed over for its size. A
-/// job holds its memory from start to end, including pauses, until it is parked. Final jobs are
-/// kept for a while for later requests; the oldest are dropped first. Independent of stores and
-/// threads.
+/// with fewer running or earlier jobs first), then jobs without an image, then age; a job is never
+/// passed over for its size. A job holds its memory from start to end, including pauses, until it
+/// is parked. Running jobs of a tenant, rank and scene are the first in that order: a later one
+/// gives its slot to an earlier one that waits, once it has an image. Final jobs are kept for a
+/// while for later requests; the oldest are dropped first. Independent of stores and threads.
 #pragma once
 
 #include <algorithm>
@@ -127,7 +128,12 @@ class JobBook {
   /// the queue needs; empty when it waits for something else, or would still not fit. Each job is
   /// returned only once until it resumes, leaves, or keep().
   std::vector<JobPointer> take_parkable();
-  /// Makes a job that could not be parked available to take_parkable() again.
+  /// Returns a running job that should be parked for the next job of the queue: the last of those
+  /// of the same tenant, rank and scene in the queue's order, once all of them have images, if the
+  /// other one comes before it and can start then. Null while another one is being parked. turn_of:
+  /// of a running job; called with the lock.
+  JobPointer take_yielding(const std::function<SliceSource::Turn(const Job&)>& turn_of);
+  /// Makes a job that could not be parked available again.
   void keep(const Job& job);
   /// Releases the slot of a paused job, which keeps its memory.
   void pause(const Job& job);
@@ -148,6 +154,7 @@ class JobBook {
     JobPointer job;
     Rank rank;
     JobMemory memory;
+    bool has_image = false;
     int turn = 0;  ///< Jobs of its tenant and rank that run or are queued before it.
   };
   struct Holder {
@@ -164,9 +171,12 @@ class JobBook {
   static bool goes_before(const Waiting& a, const Waiting& b);
   /// Sorts the queue after a job was added, removed or got another rank.
   void arrange() REQUIRES(mutex_);
-  bool may_start(Rank rank, const std::string& tenant) const REQUIRES(mutex_);
-  bool may_start(const Waiting& next) const REQUIRES(mutex_) {
-    return may_start(next.rank, next.job->tenant());
+  /// parked: as of use_of_holders().
+  bool may_start(Rank rank, const std::string& tenant,
+                 const std::set<std::uint64_t>& parked = {}) const REQUIRES(mutex_);
+  bool may_start(const Waiting& next, const std::set<std::uint64_t>& parked = {}) const
+      REQUIRES(mutex_) {
+    return may_start(next.rank, next.job->tenant(), parked);
   }
   /// Memory of all holders, except those whose numbers are in `parked`.
   MemoryUse use_of_holders(const std::set<std::uint64_t>& parked = {}) const REQUIRES(mutex_);

@@ -207,8 +207,8 @@ void JobService::upkeep(const std::stop_token& stop) {
       const core::MutexLock lock(mutex);
       never.wait_for(mutex, stop, kUpkeepPause, [] { return false; });
     }
-    if (book_.waits_for_memory()) {
-      life_.admit();  // A request may have released memory.
+    if (book_.queue_length() > 0) {
+      life_.admit();  // A request may have released memory, or a job may have its first image.
     }
     life_.checkpoints().save_due(stop);
     if (seconds_since(forgot) > kForgetSeconds) {

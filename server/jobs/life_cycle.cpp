@@ -25,6 +25,11 @@ constexpr int kLoaders = 8;
 constexpr int kLoadersOfTenant = 2;
 constexpr int kSavers = 2;
 
+SliceSource::Turn turn_of(const Job& job) {
+  const auto run = job.run();  // Null while it loads.
+  return run && !run->end() ? run->turn() : SliceSource::Turn{.has_image = false};
+}
+
 Error already_final() {
   return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
 }
@@ -74,6 +79,9 @@ void LifeCycle::admit() {
     if (!slot) {
       for (JobPointer& paused : parts_.book.take_parkable()) {
         savers_.post([this, paused = std::move(paused)] { park(paused); });
+      }
+      if (JobPointer yielding = parts_.book.take_yielding(&turn_of)) {
+        savers_.post([this, yielding = std::move(yielding)] { park(yielding); });
       }
       return;
     }
@@ -155,7 +163,8 @@ void LifeCycle::start(const JobPointer& job, const std::shared_ptr<RenderRun>& r
 }
 
 void LifeCycle::on_first_slice(const RenderRun& run) {
-  if (const auto job = run.job()) {
+  const bool is_resumed = run.task().progress().samples_max > 0;
+  if (const auto job = is_resumed ? nullptr : run.job()) {
     parts_.metrics.count_queue_wait(unix_now() - job->record().view.created_at_unix_seconds);
   }
 }
@@ -163,7 +172,12 @@ void LifeCycle::on_first_slice(const RenderRun& run) {
 void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
   savers_.post([this, job = std::move(job), run = std::move(run)] {
-    if (job && job->run() == run) {  // Otherwise the job was parked and resumes from its file.
+    // A parked job resumes from its file; park() may be under way.
+    const auto is_parked = [&] {
+      const core::MutexLock changing(job->change_mutex());
+      return job->run() != run;
+    };
+    if (job && !is_parked()) {
       end_run(job, run);
     }
   });
@@ -532,6 +546,7 @@ void LifeCycle::distrust(const JobPointer& job, const std::string& worker) {
 
 void LifeCycle::park(const JobPointer& job) {
   const auto run = job->run();
+  const JobState before = job->state();
   if (run) {
     if (const Status saved = checkpoints_.save(*run, *job, false); !saved) {
       parts_.log.write(LogLevel::kError, "film_not_saved",
@@ -543,8 +558,15 @@ void LifeCycle::park(const JobPointer& job) {
   const Verdict parked = parts_.journal.change(
       *job,
       [&](JobRecord& record) -> Verdict {
-        if (record.view.state != JobState::kPaused || job->run() != run) {
+        const bool yields = run && before == JobState::kRendering;
+        if (record.view.state != before || (before != JobState::kPaused && !yields) ||
+            job->run() != run || (yields && run->end())) {
           return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
+        }
+        if (yields) {
+          record.view.state = JobState::kQueued;
+          record.film = FilmPlace::kOnDisk;
+          record.film_bytes = run->file_bytes();
         }
         if (run) {
           record.view.progress = run->task().progress();
@@ -553,19 +575,23 @@ void LifeCycle::park(const JobPointer& job) {
         }
         return {};
       },
-      {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord&) {
+      {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& after) {
          job->set_run(nullptr);
          if (run) {
+           parts_.scheduler.remove(*run);
            run->leave();
          }
+         follow_state(job, before, after);
        }});
   if (!parked) {
+    parts_.book.keep(*job);
     return;
   }
   if (run) {
     count_work(*run);
   }
   parts_.log.write(LogLevel::kInfo, "job_parked", {{"job", job->id()}});
+  admit();
 }
 
 void LifeCycle::count_work(const RenderRun& run) {

@@ -90,7 +90,8 @@ class LifeCycle final : private RenderRun::Owner {
   void release(const JobPointer& job);
   void keep_film_of(Job& job, const RenderRun& run);
 
-  /// Releases the memory of a paused job; it resumes from its film file.
+  /// Releases the memory of a paused job, or puts a rendering one back into the queue; it resumes
+  /// from its film file.
   void park(const JobPointer& job);
   /// Pauses the job on a full disk until go_on_with_room(). ended: the run whose end could not be
   /// stored, if any. Returns false when the job has ended otherwise; the caller then ends the

@@ -106,6 +106,34 @@ class Order(BatchTest):
         self.server.post(f"/v1/batches/{made['id']}/cancel", {})
 
 
+class FewSlots(BatchTest):
+    FLAGS = ("--max-running", "2")
+
+    def test_all_views_have_images_before_one_ends_and_the_oldest_end_first(self):
+        seeds = list(range(1, 8))
+        template = job_body(samples=LONG)
+        template["film"] = {"width": 96, "height": 64, "layers": []}
+        made = self.make(batch_body({"seed": seeds}, template=template))
+        deadline = time.monotonic() + PATIENCE_S
+        while any(job["revision"] == 0 for job in made["jobs"]) and time.monotonic() < deadline:
+            time.sleep(0.02)
+            made = self.batch(made["id"])
+        self.assertTrue(all(job["revision"] > 0 for job in made["jobs"]), made)
+        self.assertLessEqual({job["state"] for job in made["jobs"]},
+                             {"queued", "loading", "rendering"})
+        oldest = [job["id"] for job in made["jobs"][:2]]
+        for job in oldest:
+            self.server.wait_until(job, lambda j: j["state"] == "rendering", "its turn")
+        self.server.post(f"/v1/batches/{made['id']}/cancel", {})
+
+    def test_films_are_those_of_jobs_that_were_never_interrupted(self):
+        template = job_body(samples=64)
+        batch = self.finished(batch_body({"seed": [1, 2, 3, 4]}, template=template))
+        for seed, job in enumerate(batch["jobs"], 1):
+            alone = self.server.render(job_body(samples=64, seed=seed))
+            self.assertEqual(self.server.job(job["id"])["film_digest"], alone["film_digest"])
+
+
 class Batches(BatchTest):
     def test_every_combination_is_a_job_with_its_name_and_values(self):
         body = batch_body(name="view-{theta_degrees} seed {seed} of {scene}")

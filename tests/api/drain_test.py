@@ -11,7 +11,7 @@ class Drain(ApiTest):
     FLAGS = ("--max-running", "1")
 
     def test_finishes_running_jobs_and_starts_no_new_ones(self):
-        running = self.server.submit(job_body(samples=65536))["id"]
+        running = self.server.submit(job_body(samples=65536, priority=1))["id"]
         self.server.wait_for_samples(running)
         waiting = self.server.submit(job_body())["id"]
         state = self.server.request("PUT", "/v1/drain").json()

@@ -425,7 +425,7 @@ class FilmMemory(FilmTest):
     FLAGS = ("--max-running", "1")
 
     def test_refuses_films_that_need_too_much_memory_before_allocation(self):
-        first = self.server.submit(part(samples=65536))
+        first = self.server.submit(part(samples=65536) | {"priority": 1})
         film = {"width": 8192, "height": 7800}
         ids = [self.server.submit(part(first=2 * i, film=film))["id"] for i in range(2)]
         self.server.post(f"/v1/jobs/{ids[0]}/cancel")

@@ -241,7 +241,7 @@ class Retry(unittest.TestCase):
     def test_restarts_without_a_checkpoint(self):
         calm = self.server.render(body(8))
         self.restart_with("--max-running", "1")
-        self.server.submit(body(65536))
+        self.server.submit(body(65536) | {"priority": 1})
         job = self.server.submit(body(8))["id"]  # It waits, and has no sample.
         self.fail_for_memory(job)
         self.assertEqual(self.server.post(f"/v1/jobs/{job}/retry").status, 202)

@@ -385,7 +385,7 @@ class ApiTest(unittest.TestCase):
 
     def hold(self):
         """With --max-running 1: submitted jobs wait until the returned function is called."""
-        blocker = self.server.submit(job_body(samples=65536))["id"]
+        blocker = self.server.submit(job_body(samples=65536, priority=1))["id"]
         return lambda: self.server.post(f"/v1/jobs/{blocker}/cancel")
 
     def assert_ranges(self, path):

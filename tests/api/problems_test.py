@@ -413,7 +413,7 @@ class QueuedJobs(ApiTest):
     FLAGS = ("--max-running", "1")
 
     def test_queued_job_has_a_position_by_priority_and_no_image(self):
-        first = self.server.submit(job_body(samples=65536))["id"]
+        first = self.server.submit(job_body(samples=65536, priority=1))["id"]
         self.server.wait_for_samples(first)
         jobs = [self.server.submit(job_body(samples=4))["id"] for _ in range(2)]
         self.assertEqual([self.server.job(j)["state"] for j in jobs], ["queued", "queued"])
@@ -436,7 +436,7 @@ class FullQueue(ApiTest):
     FLAGS = ("--max-running", "1", "--max-queue", "1")
 
     def test_full_queue_is_429_with_retry_after(self):
-        running = self.server.submit(job_body(samples=65536))["id"]
+        running = self.server.submit(job_body(samples=65536, priority=1))["id"]
         self.server.wait_for_samples(running)
         self.server.submit(job_body())
         answer = self.server.post("/v1/jobs", job_body())

@@ -220,7 +220,7 @@ class Memory(ApiTest):
         return self.server.post("/v1/jobs", body)
 
     def test_jobs_wait_for_memory_and_a_paused_one_releases_it(self):
-        first = self.submit().json()["id"]
+        first = self.submit(priority=1).json()["id"]  # It does not move to disk for the other.
         self.server.wait_for_samples(first)
         second = self.submit().json()["id"]
         time.sleep(0.3)

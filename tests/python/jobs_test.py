@@ -298,7 +298,7 @@ class Waiting(ServerTest):
     FLAGS = ("--max-running", "1")
 
     def test_no_image_exists_before_the_first_sample(self):
-        first = self.client.submit("cornell-box", **LONG)
+        first = self.client.submit("cornell-box", **LONG, priority=1)
         self.server.wait_for_samples(first.id)
         job = self.client.submit("cornell-box", **LONG)
         with self.assertRaises(tessera.Conflict):

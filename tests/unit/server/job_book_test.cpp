@@ -1,8 +1,10 @@
 #include "server/jobs/job_book.h"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -91,6 +93,94 @@ TEST(JobBook, TenantsAlternateWithinARank) {
   const auto next = book.admit();
   ASSERT_NE(next, nullptr);
   EXPECT_EQ(next->job(), jobs[3]);
+}
+
+JobPointer job_with_image(std::int64_t sequence) {
+  JobRecord record = made_job(sequence)->record();
+  record.view.progress.samples_min = 1;
+  return std::make_shared<Job>(std::move(record), Job::History::kInLog);
+}
+
+TEST(JobBook, JobsWithoutAnImageComeFirst) {
+  JobBook book(BookLimits{}, unlimited());
+  const std::vector<JobPointer> jobs = {job_with_image(1), made_job(2), job_with_image(3),
+                                        made_job(4)};
+  for (const JobPointer& job : jobs) {
+    book.enqueue(job, {});
+  }
+  EXPECT_EQ(book.position(*jobs[1]), 0);
+  EXPECT_EQ(book.position(*jobs[3]), 1);
+  EXPECT_EQ(book.position(*jobs[0]), 2);
+  EXPECT_EQ(book.position(*jobs[2]), 3);
+}
+
+class YieldingJobs : public testing::Test {
+ protected:
+  void start(const JobPointer& job) {
+    book_.enqueue(job, {});
+    slots_.push_back(book_.admit());
+    ASSERT_TRUE(slots_.back() && slots_.back()->job() == job);
+  }
+  /// The job that is to be parked. images: jobs that have one.
+  JobPointer yielding(const std::set<JobPointer>& images, const std::set<JobPointer>& timed = {}) {
+    const auto is_in = [](const std::set<JobPointer>& set, const Job& job) {
+      return std::any_of(set.begin(), set.end(),
+                         [&](const auto& each) { return each.get() == &job; });
+    };
+    return book_.take_yielding([&](const Job& job) -> server::SliceSource::Turn {
+      return {.has_image = is_in(images, job), .is_timed = is_in(timed, job)};
+    });
+  }
+  JobBook book_{BookLimits{.running_max = 2}, unlimited()};
+  std::vector<std::shared_ptr<JobBook::Slot>> slots_;
+  JobPointer a_ = made_job(1);
+  JobPointer b_ = made_job(2);
+};
+
+TEST_F(YieldingJobs, TheYoungestYieldsOnceAllHaveImages) {
+  start(a_);
+  start(b_);
+  EXPECT_EQ(yielding({a_, b_}), nullptr) << "nobody waits";
+  book_.enqueue(made_job(3), {});
+  EXPECT_EQ(yielding({a_}), nullptr);
+  EXPECT_EQ(yielding({a_, b_}), b_);
+  EXPECT_EQ(yielding({a_, b_}), nullptr) << "it is being parked";
+  book_.keep(*b_);
+  EXPECT_EQ(yielding({a_, b_}, {b_}), a_) << "the time of b runs out while it waits";
+}
+
+TEST_F(YieldingJobs, AJobWithAnImageGetsTheSlotOfAYoungerOne) {
+  start(a_);
+  start(made_job(4));
+  const JobPointer c = slots_.back()->job();
+  book_.enqueue(job_with_image(5), {});
+  EXPECT_EQ(yielding({a_, c}), nullptr);
+  book_.enqueue(job_with_image(3), {});
+  EXPECT_EQ(yielding({a_, c}), c);
+}
+
+TEST_F(YieldingJobs, NotForOtherTenantsRanksOrScenes) {
+  start(a_);
+  start(b_);
+  const JobPointer other = made_job(3);
+  JobRecord record = other->record();
+  record.view.spec.scene = "other";
+  other->set_record(record);
+  book_.enqueue(other, {});
+  EXPECT_EQ(yielding({a_, b_}), nullptr);
+  book_.dequeue(*other);
+  const JobPointer minor = made_job(4);
+  book_.enqueue(minor, {.rank = {.priority = -1}});
+  EXPECT_EQ(yielding({a_, b_}), nullptr);
+  book_.dequeue(*minor);
+  start(made_job(5, false, "tenant"));  // Beyond the limit.
+  const JobPointer guest = slots_.back()->job();
+  book_.enqueue(made_job(6), {});
+  EXPECT_EQ(yielding({a_, b_, guest}), nullptr) << "more jobs run than the limit";
+  const JobPointer next = made_job(7, false, "tenant");
+  book_.enqueue(next, {});
+  ASSERT_EQ(book_.position(*next), 0);
+  EXPECT_EQ(yielding({a_, b_, guest}), guest);
 }
 
 TEST(JobBook, SlotsBeyondTheLimitEndAtTwiceTheLimit) {

@@ -143,7 +143,7 @@ TEST_F(Jobs, ResumedByAnotherBuildWarnsOnceThatTheFilmHoldsSamplesOfTwo) {
 TEST_F(Jobs, StartsNoJobWhileDrainingAndFinishesRunningOnes) {
   options.book.running_max = 1;
   restart();
-  const auto running = submit(512);
+  const auto running = submit(512, R"(, "priority": 1)");
   const auto waiting = submit(8);
   ASSERT_TRUE(wait_for_samples(running));
   jobs->set_draining(true);
@@ -443,7 +443,7 @@ TEST_F(Jobs, FullQueueRefuses) {
   options.book.running_max = 1;
   options.book.queue_max = 1;
   restart();
-  submit(kForever);
+  submit(kForever, R"(, "priority": 1)");
   submit(8);
   EXPECT_EQ(jobs->submit(request(8), {}).problem().status, 429);
 }

@@ -127,7 +127,7 @@ double covered(double rate, double light, double path_light) {
 
 // 400 intervals of 95%: below 91% with a probability of 3e-4. An event is 100 / 1024 of the
 // reading, so that one missing is far outside of the Gaussian interval. The planted fault:
-// a bound of 0 for the light of a path.
+// a bound of 0 for the light of a path. The closed forms are in tests/unit/core/interval_test.cpp.
 TEST(Meter, IntervalsHoldForRareEvents) {
   for (const double rate : {0.2, 1.0, 4.0, 20.0}) {
     EXPECT_GE(covered(rate, 100, 100), 0.91) << rate;

@@ -408,6 +408,21 @@ TEST(TimeLeft, FollowsThePaceWithAnInterval) {
   EXPECT_NEAR(early->high, 20, 1e-9);
 }
 
+// Ten passes of .7 and 1.3 s in turn, 8 samples each: residuals of .3, so that the pace has a
+// relative standard error of sqrt(.9 * 10 / 9) / 10 = .1; two of them are .2 of 20 s.
+TEST(TimeLeft, IsTwoStandardErrorsWide) {
+  std::vector<core::PacePoint> points = {{0, 0}};
+  for (int i = 0; i < 10; ++i) {
+    const double seconds = i % 2 == 0 ? 0.7 : 1.3;
+    points.push_back({points.back().elapsed_seconds + seconds, points.back().samples + 8});
+  }
+  const auto left = core::seconds_for(points, 160);
+  ASSERT_TRUE(left);
+  EXPECT_NEAR(left->expected, 20, 1e-9);
+  EXPECT_NEAR(left->low, 16, 1e-9);
+  EXPECT_NEAR(left->high, 25, 1e-9);
+}
+
 // Passes whose times vary by 30%: intervals of two standard errors cover the rest of the job in
 // most of 500 trials. The rest also varies: 20 further passes after 10 have 0.58 of the variance of
 // the pace; 2 of sqrt(1.5) is 1.6 deviations, 89%.

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes the TypeScript client's types and the Python package's models from /openapi.json.
+"""Writes the TypeScript client's types, the Python package's models, and the versions of both
+and of the Blender add-on, from /openapi.json.
 
     clients/generate.py SOURCE [--check]
 
@@ -18,8 +19,10 @@ import urllib.request
 HERE = pathlib.Path(__file__).resolve().parent
 TYPESCRIPT = HERE / "js/src/types.ts"
 NODE_PACKAGE = HERE / "js/package.json"
-MODELS = HERE / "python/src/tessera/models.py"
-VERSION = HERE / "python/src/tessera/_version.py"
+MODELS = HERE / "python/src/tessera_render/models.py"
+VERSION = HERE / "python/src/tessera_render/_version.py"
+BLENDER_ADD_ON = HERE / "blender/tessera_blender/__init__.py"
+BLENDER_EXTENSION = HERE / "blender/tessera_blender/blender_manifest.toml"
 WIDTH = 100
 LONGEST_TUPLE = 4  # of longer lists only the type of the elements is said
 PREFIX = "#/components/schemas/"
@@ -329,7 +332,15 @@ def generated(document):
             r'(?<="version": ")[^"]*', version, NODE_PACKAGE.read_text(encoding="utf-8")
         ),
         MODELS: Python(schemas).document(),
-        VERSION: f'"""The version of the project."""\n\n__version__ = "{version}"\n',
+        VERSION: '"""The version of the project."""\n\n'
+        f'__version__ = "{version.replace("-dev", ".dev0")}"\n',
+        BLENDER_EXTENSION: re.sub(
+            r'(?m)(?<=^version = ")[^"]*', version, BLENDER_EXTENSION.read_text(encoding="utf-8")
+        ),
+        BLENDER_ADD_ON: re.sub(
+            r'(?<="version": \()[^)]*', ", ".join(re.findall(r"\d+", version)),
+            BLENDER_ADD_ON.read_text(encoding="utf-8"),
+        ),
     }
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes client.py, job.py and batch.py of the Python package from their async_ twins.
+"""Writes _client.py, job.py and batch.py of the Python package from their async_ twins.
 
     clients/synchronous.py [--check]
 
@@ -12,9 +12,9 @@ import pathlib
 import re
 import sys
 
-PACKAGE = pathlib.Path(__file__).resolve().parent / "python/src/tessera"
+PACKAGE = pathlib.Path(__file__).resolve().parent / "python/src/tessera_render"
 FILES = {
-    "async_client.py": "client.py",
+    "async_client.py": "_client.py",
     "async_job.py": "job.py",
     "async_batch.py": "batch.py",
 }
@@ -24,6 +24,7 @@ HEAD = "# Written by clients/synchronous.py from {}: do not edit.\n"
 WORDS = (
     (r"calls to be awaited", "calls that wait"),
     (r"import asyncio\n", ""),
+    (r"(?<=from \.)async_client", "_client"),  # tessera_render.client is a function
     (r"(?<=import )AsyncExitStack(?=, suppress)", "ExitStack"),
     (r"AsyncGenerator\[(\w+), None\]", r"Generator[\1, None, None]"),
     (r"await asyncio\.to_thread\(([\w.]+), ", r"\1("),

@@ -20,10 +20,10 @@ constexpr const char* kText =
 /// Says what is missing in one sentence instead of a traceback.
 constexpr const char* kProgram =
     "import importlib.util, sys\n"
-    "if importlib.util.find_spec('tessera') is None:\n"
-    "    sys.exit('tessera mcp: ' + sys.executable + ' has no package tessera; install it: '\n"
-    "             'pip install \"tessera-render[mcp]\"')\n"
-    "from tessera.mcp import main\n"
+    "if importlib.util.find_spec('tessera_render') is None:\n"
+    "    sys.exit('tessera mcp: ' + sys.executable + ' has no package tessera_render; install '\n"
+    "             'it: pip install \"tessera-render[mcp]\"')\n"
+    "from tessera_render.mcp import main\n"
     "main(sys.argv[1:])\n";
 
 }  // namespace

@@ -26,8 +26,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from tessera import AsyncClient, AsyncJob, JobOptions, Scene, views
-from tessera.datasets import CocoFolder, NerfstudioFolder
+from tessera_render import AsyncClient, AsyncJob, JobOptions, Scene, views
+from tessera_render.datasets import CocoFolder, NerfstudioFolder
 
 from rooms import room
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tessera import Client
+from tessera_render import Client
 
 
 def main() -> None:

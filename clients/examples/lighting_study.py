@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import math
 
-from tessera import Client, Job
+from tessera_render import Client, Job
 
 from simple_glb import Glb
 

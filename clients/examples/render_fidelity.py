@@ -15,7 +15,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tessera import Client
+from tessera_render import Client
 
 # The goldens have two pixels for each of a scenario's: DEVICE_PIXEL_RATIO of the tools' common.ts.
 PIXEL_RATIO = 2

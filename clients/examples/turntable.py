@@ -15,7 +15,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-from tessera import AsyncClient, AsyncJob, JobOptions, Scene
+from tessera_render import AsyncClient, AsyncJob, JobOptions, Scene
 
 from product import studio, vase
 

@@ -12,7 +12,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from tessera import Client, encode_png, srgb8
+from tessera_render import Client, encode_png, srgb8
 
 from product import studio, vase
 

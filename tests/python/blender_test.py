@@ -420,7 +420,8 @@ class Manifest(unittest.TestCase):
         source = ast.parse((HOME / "tessera_blender/__init__.py").read_text())
         info = next(ast.literal_eval(node.value) for node in source.body
                     if isinstance(node, ast.Assign) and node.targets[0].id == "bl_info")
-        self.assertEqual(".".join(map(str, info["version"])), manifest["version"])
+        self.assertEqual(".".join(map(str, info["version"])),
+                         manifest["version"].removesuffix("-dev"))
         self.assertEqual((info["name"], info["description"]),
                          (manifest["name"], manifest["tagline"]))
         self.assertEqual(manifest["id"], "tessera_blender")

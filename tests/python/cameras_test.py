@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 from support import ServerTest
-from tessera import datasets
+from tessera_render import datasets
 
 WIDTH, HEIGHT = 320, 240
 FX, FY, CX, CY = 256.25, 249.5, 165.75, 114.625

@@ -12,8 +12,8 @@ import drake_test  # of tests/api
 import httpx
 from harness import PATIENCE_S, ApiTest, EventStream, JobsStream, job_body
 from jsonschema import Draft202012Validator
-from tessera import Problem, ServerFault
-from tessera.errors import problem_of
+from tessera_render import Problem, ServerFault
+from tessera_render.errors import problem_of
 
 # Valid values of query parameters whose schema does not define them.
 VALUES = {

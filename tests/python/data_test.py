@@ -8,11 +8,11 @@ import zlib
 import numpy as np
 from support import END, frame
 
-import tessera
-from tessera.events import EventFeed, EventParser
-from tessera.png import encode_png, srgb8
-from tessera.tiff import decode_tiff
-from tessera.tiles import EndFrame, FrameParser, TileFeed, TileImage
+import tessera_render
+from tessera_render.events import EventFeed, EventParser
+from tessera_render.png import encode_png, srgb8
+from tessera_render.tiff import decode_tiff
+from tessera_render.tiles import EndFrame, FrameParser, TileFeed, TileImage
 
 EVENTS = (": hello\n\nid: a-1\nevent: state\ndata: {\"state\":\ndata:  \"queued\"}\n\n"
           "retry: 250\r\n\r\nevent: tile\r\ndata: {\"x\": 1}\r\nid: a-2\r\n\r\n"
@@ -71,7 +71,7 @@ class Events(unittest.TestCase):
 
     def test_refuses_data_that_is_not_an_object(self):
         for data in (b"{", b"[1]", b"\xff"):
-            with self.assertRaises(tessera.CorruptData):
+            with self.assertRaises(tessera_render.CorruptData):
                 list(EventParser().feed(b"data: " + data + b"\n\n"))
 
 
@@ -131,7 +131,7 @@ class Tiles(unittest.TestCase):
         for place in range(32, len(data)):
             broken = data.copy()
             broken[place] ^= 0x10
-            with self.assertRaisesRegex(tessera.CorruptData, "checksum"):
+            with self.assertRaisesRegex(tessera_render.CorruptData, "checksum"):
                 list(FrameParser().feed(broken))
 
     def test_checks_magic_and_sizes(self):
@@ -139,7 +139,7 @@ class Tiles(unittest.TestCase):
         for broken in (b"TSR2" + good[4:], good[:4] + struct.pack("<I", 60) + good[8:],
                        good[:16] + struct.pack("<H", 3) + good[18:],
                        good[:20] + struct.pack("<I", 4) + good[24:]):
-            with self.assertRaises(tessera.CorruptData):
+            with self.assertRaises(tessera_render.CorruptData):
                 list(FrameParser().feed(broken))
 
     def test_new_connection_repeats_only_new_tiles(self):
@@ -246,7 +246,7 @@ class Pictures(unittest.TestCase):
             good.replace(struct.pack("<HHI", 339, 3, 3), struct.pack("<HHI", 340, 3, 3)),
             tiff(self.values(3), 2),
         ):
-            with self.assertRaises(tessera.CorruptData):
+            with self.assertRaises(tessera_render.CorruptData):
                 decode_tiff(broken)
 
     def test_srgb_has_its_known_values(self):
@@ -267,40 +267,40 @@ class Pictures(unittest.TestCase):
 
 class Values(unittest.TestCase):
     def test_unknown_numbers_are_nan(self):
-        error = tessera.ErrorBar.of(json.loads('{"relative": null, "confidence": 0.95}'))
+        error = tessera_render.ErrorBar.of(json.loads('{"relative": null, "confidence": 0.95}'))
         self.assertTrue(np.isnan(error.relative) and np.isnan(error.low))
         self.assertEqual(str(error), "unknown")
-        known = tessera.ErrorBar(0.051, 0.05, 0.06, 0.01, 0.02, 0.95, "none", True)
+        known = tessera_render.ErrorBar(0.051, 0.05, 0.06, 0.01, 0.02, 0.95, "none", True)
         self.assertEqual(str(known), "5.10% (5.00% to 6.00%), unreliable")
 
     def test_progress_has_every_member_of_the_answer(self):
         data = {"fraction": 0.5, "samples_per_pixel": {"min": 4, "mean": 5.5, "max": 8},
                 "elapsed_seconds": 2, "cpu_seconds": 3, "eta_seconds": 1,
                 "eta_interval_seconds": [0.5, 2]}
-        progress = tessera.results.Progress.of(data)
+        progress = tessera_render.results.Progress.of(data)
         for name, value in data.items():
             shown = getattr(progress, name)
             if name == "samples_per_pixel":
                 shown = shown._asdict()
             self.assertEqual(list(shown) if isinstance(shown, tuple) else shown, value, name)
         self.assertEqual((progress.samples_min, progress.samples_max), (4, 8))
-        unknown = tessera.results.Progress.of({**data, "eta_interval_seconds": None})
+        unknown = tessera_render.results.Progress.of({**data, "eta_interval_seconds": None})
         self.assertTrue(np.isnan(unknown.eta_interval_seconds).all())
 
     def test_film_may_be_absent(self):
-        request = tessera.options.make_request("a", {"film": None, "meter_error": 0.1})
+        request = tessera_render.options.make_request("a", {"film": None, "meter_error": 0.1})
         self.assertEqual(request, {"scene": "a", "film": None, "stop": {"meter_error": 0.1}})
         with self.assertRaises(ValueError):
-            tessera.options.make_request("a", {"film": None, "size": (4, 4)})
+            tessera_render.options.make_request("a", {"film": None, "size": (4, 4)})
 
     def test_meter_readings_have_their_vectors(self):
         point = {"position": [0, 0.1, 0], "normal": [0, 1, 0], "irradiance_rgb": [1, 2, 3],
                  "irradiance_w_m2": 0.5, "illuminance_lux": 2, "low": 1, "high": 3, "samples": 16,
                  "unreliable": True}
-        meter = tessera.results.Meter.of({"points": [point, point]})
+        meter = tessera_render.results.Meter.of({"points": [point, point]})
         np.testing.assert_array_equal(meter.position, [[0, 0.1, 0]] * 2)
         np.testing.assert_array_equal(meter.normal, [[0, 1, 0]] * 2)
         np.testing.assert_array_equal(meter.irradiance_rgb, [[1, 2, 3]] * 2)
         np.testing.assert_array_equal(meter.illuminance_lux, [2, 2])
         np.testing.assert_array_equal(meter.unreliable, [1, 1])
-        self.assertEqual(tessera.results.Meter.of({"points": []}).normal.shape, (0, 3))
+        self.assertEqual(tessera_render.results.Meter.of({"points": []}).normal.shape, (0, 3))

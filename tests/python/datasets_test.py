@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from harness import png_pixels
 from hotcoco.panoptic import pq_compute
-from tessera import CocoFolder
-from tessera.datasets import box_of, ids_of, masks, panoptic_png, run_lengths, segments
+from tessera_render import CocoFolder
+from tessera_render.datasets import box_of, ids_of, masks, panoptic_png, run_lengths, segments
 
 IDS = np.array([[0, 7, 7, 0], [0, 7, 300, 300], [0, 0, 300, 0]], dtype=np.float32)
 

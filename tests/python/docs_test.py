@@ -28,10 +28,10 @@ README = Path(REPOSITORY, "clients/python/README.md")
 #: A client that remembers the verdicts of its runs.
 RECORDED = """
 import json
-import tessera
+import tessera_render
 
 
-class Recorded(tessera.Client):
+class Recorded(tessera_render.Client):
     verdicts = []
 
     def lab(self, *arguments, **members):

@@ -9,8 +9,8 @@ import tempfile
 import numpy as np
 from support import ServerTest
 
-import tessera
-from tessera import AsyncClient
+import tessera_render
+from tessera_render import AsyncClient
 
 SMALL = {"size": (64, 48), "layers": []}
 
@@ -157,7 +157,7 @@ class Films(ServerTest):
         merged = self.client.merge(parts[0], path)
         self.assertEqual(merged.film_digest, whole.film_digest)
         np.testing.assert_array_equal(merged.image(), whole.image())
-        with self.assertRaises(tessera.Conflict):
+        with self.assertRaises(tessera_render.Conflict):
             self.client.merge(parts[0], parts[0].film(os.path.join(place, "again.film")))
 
         async def there():

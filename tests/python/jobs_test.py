@@ -12,8 +12,8 @@ import numpy as np
 from harness import png_size
 from support import FAST, ServerTest
 
-import tessera
-from tessera import AsyncClient, Client
+import tessera_render
+from tessera_render import AsyncClient, Client
 
 SMALL = {"size": (48, 32), "layers": []}
 LONG = {**SMALL, "samples_per_pixel": 65536}
@@ -48,7 +48,7 @@ class Jobs(ServerTest):
         self.assertLess(compared["points"][0]["low"], compared["points"][0]["difference_lux"])
 
     def test_refuses_an_error_target_above_one(self):
-        with self.assertRaises(tessera.Invalid) as refused:
+        with self.assertRaises(tessera_render.Invalid) as refused:
             self.client.submit("cornell-box", relative_error=5, **SMALL)
         self.assertIn("/stop/relative_error", str(refused.exception))
 
@@ -68,12 +68,12 @@ class Jobs(ServerTest):
             sheet = batch.sheet(os.path.join(folder, "all.png"))
             self.assertEqual(png_size(sheet.read_bytes())[0], 2 * 248 + 8)
             self.check_video(batch, folder)
-        with self.assertRaises(tessera.Conflict):
+        with self.assertRaises(tessera_render.Conflict):
             batch.retry()
         batch.delete()
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             batch.refresh()
-        with self.assertRaises(tessera.Invalid):
+        with self.assertRaises(tessera_render.Invalid):
             self.client.submit_batch("cornell-box", {"seed": [-1]})
 
     def check_video(self, batch, folder):
@@ -92,14 +92,14 @@ class Jobs(ServerTest):
             video = batch.video(place, fps=12, denoise="off")
             words = video.read_text(encoding="utf-8").split()
             self.assertEqual((words[0], words[words.index("-framerate") + 1]), ("4", "12"))
-            with self.assertRaisesRegex(tessera.FfmpegFailed, "no such codec"):
+            with self.assertRaisesRegex(tessera_render.FfmpegFailed, "no such codec"):
                 batch.video(place, fps=0.5)
             self.assertFalse(os.path.exists(place))
-            with self.assertRaises(tessera.Invalid):
+            with self.assertRaises(tessera_render.Invalid):
                 batch.video(place, exposure=1000)
             self.assertFalse(os.path.exists(place))
         with mock.patch.dict(os.environ, PATH="/nowhere"):
-            with self.assertRaisesRegex(tessera.FfmpegFailed, "not on the PATH"):
+            with self.assertRaisesRegex(tessera_render.FfmpegFailed, "not on the PATH"):
                 batch.video(place)
 
     def test_every_layer_equals_the_film_bit_for_bit(self):
@@ -164,7 +164,7 @@ class Jobs(ServerTest):
         self.assertEqual(png_size(job.picture(max_size=12))[:2], (12, 8))
         self.assertNotEqual(job.picture(exposure=2), job.picture())
         self.assertNotEqual(job.picture(exposure="auto"), job.picture(exposure=9))
-        with self.assertRaises(tessera.Invalid):
+        with self.assertRaises(tessera_render.Invalid):
             job.picture(tonemap="sepia")
         for options in ({"exposure": 2}, {"tonemap": "aces"}):
             for format in ("exr", "hdr", "tiff"):
@@ -183,7 +183,7 @@ class Jobs(ServerTest):
         self.assertTrue((pixel.beauty.high >= pixel.beauty.mean).all())
         self.assertEqual((pixel.x, pixel.y, pixel.samples), (20, 10, 8))
         self.assertIsNone(pixel.layers["depth"].halves)
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             job.pixels(48, 0)
 
     def test_convergence_ends_with_the_job(self):
@@ -216,7 +216,7 @@ class Jobs(ServerTest):
 
     def test_pauses_resumes_changes_cancels_and_deletes_a_job(self):
         job = self.client.submit("cornell-box", **LONG)
-        with self.assertRaises(tessera.Conflict):
+        with self.assertRaises(tessera_render.Conflict):
             job.delete()
         self.server.wait_for_samples(job.id)
         self.assertEqual(job.pause().state, "paused")
@@ -224,31 +224,31 @@ class Jobs(ServerTest):
         self.assertIn(job.resume().state, ("queued", "loading", "rendering"))
         job.update(name="new", priority=7, labels={"a": "b"})
         self.assertEqual((job.name, job.spec["priority"], job.labels), ("new", 7, {"a": "b"}))
-        with self.assertRaises(tessera.WaitTimeout):
+        with self.assertRaises(tessera_render.WaitTimeout):
             job.wait(timeout=0.1)
         job.cancel()
         self.assertEqual(job.wait().state, "cancelled")
         self.assertEqual(job.cancel().stop_reason, "cancelled")
         self.assertEqual(job.image().shape, (32, 48, 3))
         job.delete()
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             job.refresh()
 
     def test_request_errors_have_their_pointers(self):
-        with self.assertRaises(tessera.Invalid) as caught:
+        with self.assertRaises(tessera_render.Invalid) as caught:
             self.client.submit("cornell-box", size=(0, 32), request={"colour": 1})
         self.assertEqual({fault.pointer for fault in caught.exception.errors},
                          {"/film/width", "/colour"})
         self.assertTrue(caught.exception.request_id)
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             self.client.submit("no-such-scene")
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             self.client.job("no-such-job")
 
     def test_estimate_submits_nothing(self):
         before = len(list(self.client.jobs()))
         self.assertTrue(self.client.estimate("cornell-box", **LONG))
-        with self.assertRaises(tessera.Invalid):
+        with self.assertRaises(tessera_render.Invalid):
             self.client.estimate("cornell-box", size=(0, 1))
         self.assertEqual(len(list(self.client.jobs())), before)
 
@@ -283,14 +283,14 @@ class Jobs(ServerTest):
             self.assertAlmostEqual(comparison.relmse, ((a - b) ** 2 / (b**2 + 0.01)).mean(),
                                    delta=1e-4 * comparison.relmse)
         else:
-            with self.assertRaises(tessera.NotOffered):
+            with self.assertRaises(tessera_render.NotOffered):
                 self.client.compare(*jobs)
         if "/v1/lab/runs" in paths:
             run = self.client.lab("pi", n=[16, 64, 256], replicates=64, seed=1)
             self.assertEqual([point.n for point in run.points], [16, 64, 256])
             self.assertLess(run.slope, 0)
         else:
-            with self.assertRaises(tessera.NotOffered):
+            with self.assertRaises(tessera_render.NotOffered):
                 self.client.lab("pi", n=[16])
 
 
@@ -301,9 +301,9 @@ class Waiting(ServerTest):
         first = self.client.submit("cornell-box", **LONG, priority=1)
         self.server.wait_for_samples(first.id)
         job = self.client.submit("cornell-box", **LONG)
-        with self.assertRaises(tessera.Conflict):
+        with self.assertRaises(tessera_render.Conflict):
             job.image()
-        with self.assertRaises(tessera.Conflict):
+        with self.assertRaises(tessera_render.Conflict):
             job.picture()
         self.assertIsNone(job._repr_png_())
         self.assertIn("queued", job._repr_html_())
@@ -328,7 +328,7 @@ class ManyJobs(ServerTest):
                 results = await asyncio.gather(*(one(client, seed) for seed in range(6)))
                 listed = [job.id async for job in client.jobs(state="finished")]
                 await (await client.job(listed[0])).delete()
-                with self.assertRaises(tessera.NotFound):
+                with self.assertRaises(tessera_render.NotFound):
                     await client.job(listed[0])
                 return results, listed
 
@@ -351,7 +351,7 @@ class Keys(ServerTest):
     def test_key_gives_access_to_the_server(self):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **SMALL)
         self.assertEqual([e.type for e in job.events()][-1], "end")
-        with self.assertRaises(tessera.Unauthorized):
+        with self.assertRaises(tessera_render.Unauthorized):
             Client(self.url(), key="wrong").job(job.id)
-        with self.assertRaises(tessera.Unauthorized):
+        with self.assertRaises(tessera_render.Unauthorized):
             next(Client(self.url(), key="")._pages("/v1/jobs", {}, "jobs", 1))

@@ -12,8 +12,8 @@ from cryptomatte_api import Cryptomatte
 from hotcoco.panoptic import pq_compute
 from pycocotools.coco import COCO
 from support import ServerTest
-from tessera import CocoFolder
-from tessera.datasets import masks, segments
+from tessera_render import CocoFolder
+from tessera_render.datasets import masks, segments
 
 LAYERS = ["object", "instance", "material", "primitive", "cryptomatte:object",
           "cryptomatte:material"]

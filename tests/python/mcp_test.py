@@ -24,8 +24,8 @@ from support import REPOSITORY, ServerTest
 sys.path.insert(0, os.path.join(REPOSITORY, "clients/examples"))
 from simple_glb import Glb
 
-from tessera.mcp import MOST_PIXELS, error_words
-from tessera.results import ErrorBar
+from tessera_render.mcp import MOST_PIXELS, error_words
+from tessera_render.results import ErrorBar
 
 QUICK = {"width": 64, "height": 48, "error": 0.5}
 
@@ -303,7 +303,7 @@ class OverHttp(Agent):
         python.chmod(0o755)
         code, told, said = tessera("mcp", environ={"PATH": str(self.folder)})
         self.assertEqual((code, told), (1, ""))
-        self.assertIn("has no package tessera; install it: pip install", said)
+        self.assertIn("has no package tessera_render; install it: pip install", said)
         code, _, said = tessera("mcp", environ={"PATH": "/nowhere"})
         self.assertEqual(code, 1)
         self.assertIn("cannot start python3", said)

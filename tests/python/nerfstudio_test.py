@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from plyfile import PlyData
 from support import REPOSITORY, ServerTest
-from tessera import CocoFolder, NerfstudioFolder, views
+from tessera_render import CocoFolder, NerfstudioFolder, views
 
 EXAMPLES = Path(REPOSITORY, "clients/examples")
 sys.path.insert(0, str(EXAMPLES))

@@ -11,8 +11,8 @@ from unittest import mock
 from harness import png_size
 from support import ServerTest
 
-import tessera
-from tessera import AsyncClient
+import tessera_render
+from tessera_render import AsyncClient
 
 
 class Notebook:
@@ -96,7 +96,7 @@ class Notebooks(ServerTest):
     def test_show_reports_a_missing_notebook(self):
         job = self.client.submit("cornell-box", size=(16, 16), layers=[], samples_per_pixel=1)
         with mock.patch.dict(sys.modules, {"IPython": None, "IPython.display": None}):
-            with self.assertRaisesRegex(tessera.NotOffered, "IPython"):
+            with self.assertRaisesRegex(tessera_render.NotOffered, "IPython"):
                 job.show()
 
     def test_failed_job_shows_the_reason(self):
@@ -109,7 +109,7 @@ class Notebooks(ServerTest):
             "failure": {"detail": "<out of memory>"},
         }
         self.assertIn("&lt;out of memory&gt;", job._repr_html_())
-        with self.assertRaisesRegex(tessera.JobFailed, "out of memory"):
+        with self.assertRaisesRegex(tessera_render.JobFailed, "out of memory"):
             job.wait()
         self.assertEqual(job.wait(check=False).state, "failed")
 

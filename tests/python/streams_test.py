@@ -9,8 +9,9 @@ import numpy as np
 from harness import Server
 from support import FAST, Relay, ServerTest
 
-import tessera
-from tessera import AsyncClient, Client, Retry
+import tessera_render
+from tessera_render import AsyncClient, Client, Retry
+from tessera_render.tiles import TileFeed
 
 FILM = {"size": (96, 64), "layers": []}
 PATIENT = Retry(first_delay_s=0.02, longest_delay_s=0.1, patience_s=60)
@@ -90,7 +91,8 @@ class Lines(ServerTest):
         films = []
         for compressed in (True, False):
             client = Client(self.url(), compressed=compressed)
-            with client.stream(tessera.tiles.TileFeed(job.path, 0, compressed).call()) as response:
+            call = TileFeed(job.path, 0, compressed).call()
+            with client.stream(call) as response:
                 self.assertEqual(
                     response.headers.get("Content-Encoding"), "gzip" if compressed else None
                 )
@@ -111,7 +113,7 @@ class Lines(ServerTest):
         job = self.client.submit("cornell-box", samples_per_pixel=2, **FILM).wait()
         job.delete()
         for stream in (job.events(), job.tiles()):
-            with self.assertRaises(tessera.NotFound):
+            with self.assertRaises(tessera_render.NotFound):
                 next(stream)
 
 
@@ -186,5 +188,5 @@ class Restarts(unittest.TestCase):
             next(tiles)
             self.server.kill()
             for call in (lambda: list(events), lambda: list(tiles), job.wait, client.info):
-                with self.assertRaises(tessera.ConnectionFailed):
+                with self.assertRaises(tessera_render.ConnectionFailed):
                     call()

@@ -9,7 +9,7 @@ import zlib
 
 from harness import ApiTest
 
-from tessera import Client, Retry
+from tessera_render import Client, Retry
 
 REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), "../.."))
 FAST = Retry(first_delay_s=0.01, longest_delay_s=0.05)

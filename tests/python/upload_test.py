@@ -13,8 +13,8 @@ from unittest import mock
 from harness import BINARY, TRIANGLE, glb, hdr_image, triangle_document, triangle_glb
 from support import ServerTest
 
-import tessera
-from tessera import AsyncClient, _upload
+import tessera_render
+from tessera_render import AsyncClient, TesseraError, _upload
 
 CONVERTER = Path(BINARY).resolve().parent / "tessera-convert"
 BUFFER = "the%20buffer.bin"  # as glTF writes "the buffer.bin"
@@ -58,7 +58,7 @@ class Uploads(ServerTest):
         self.assertEqual((job.spec["scene"], job.name), (scene.id, "one.glb"))
         job.delete()
         self.client.delete_scene(scene)
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             self.client.scene(scene.id)
 
     def test_gltf_sends_its_files_without_repeating_any(self):
@@ -76,11 +76,11 @@ class Uploads(ServerTest):
         )
 
     def test_folder_needs_exactly_one_document(self):
-        with self.assertRaisesRegex(tessera.TesseraError, "one .gltf or .glb file, here: none"):
+        with self.assertRaisesRegex(TesseraError, "one .gltf or .glb file, here: none"):
             self.client.upload(self.folder)
         self.model()
         self.model("second.gltf")
-        with self.assertRaisesRegex(tessera.TesseraError, "model.gltf, second.gltf"):
+        with self.assertRaisesRegex(tessera_render.TesseraError, "model.gltf, second.gltf"):
             self.client.upload(self.folder)
 
     def test_accepts_a_zip_as_a_file_and_as_bytes(self):
@@ -93,7 +93,7 @@ class Uploads(ServerTest):
         self.assertEqual(self.client.upload(path.read_bytes()).id, scene.id)
         empty = io.BytesIO()
         zipfile.ZipFile(empty, "w").close()
-        with self.assertRaises(tessera.Problem):
+        with self.assertRaises(tessera_render.Problem):
             self.client.upload(empty.getvalue())
 
     def test_obj_takes_along_the_materials_and_textures_beside_it(self):
@@ -136,9 +136,9 @@ class Uploads(ServerTest):
         self.sent.clear()
         with self.assertRaises(FileNotFoundError):
             self.client.submit("no/such/file.glb")
-        with self.assertRaisesRegex(tessera.TesseraError, "a scene is a folder with one glTF"):
+        with self.assertRaisesRegex(TesseraError, "a scene is a folder with one glTF"):
             self.client.upload(__file__)
-        with self.assertRaises(tessera.TesseraError):
+        with self.assertRaises(tessera_render.TesseraError):
             self.client.upload(b"neither")
         self.assertEqual(self.sent, [])
 
@@ -151,10 +151,10 @@ class Uploads(ServerTest):
         for uri in ("../secret.bin", "%2e%2e/secret.bin", str(secret), "link.bin"):
             path = inner / "model.gltf"
             path.write_text(json.dumps(triangle_document(uri=uri)))
-            with self.assertRaisesRegex(tessera.TesseraError, "own folder"):
+            with self.assertRaisesRegex(tessera_render.TesseraError, "own folder"):
                 self.client.upload(path)
         path.write_text(json.dumps(triangle_document(uri="file://" + str(secret))))
-        with self.assertRaisesRegex(tessera.TesseraError, "not relative"):
+        with self.assertRaisesRegex(tessera_render.TesseraError, "not relative"):
             self.client.upload(path)
         secret_id = hashlib.sha256(secret.read_bytes()).hexdigest()
         self.assertEqual(self.server.get(f"/v1/assets/{secret_id}").status, 404)
@@ -180,11 +180,11 @@ class Uploads(ServerTest):
     def test_refuses_files_that_are_not_scenes_with_a_reason(self):
         path = self.folder / "bad.glb"
         path.write_bytes(b"glTF is not enough")
-        with self.assertRaises(tessera.Problem) as caught:
+        with self.assertRaises(tessera_render.Problem) as caught:
             self.client.upload(path)
         self.assertEqual(caught.exception.status, 422)
         (self.folder / "bad.gltf").write_text("{")
-        with self.assertRaisesRegex(tessera.TesseraError, "is not JSON"):
+        with self.assertRaisesRegex(tessera_render.TesseraError, "is not JSON"):
             self.client.upload(self.folder / "bad.gltf")
 
     def test_environment_lights_the_scene(self):

@@ -10,8 +10,8 @@ from unittest import mock
 
 import httpx
 
-import tessera
-from tessera import AsyncClient, AsyncJob, Client, Job, Retry
+import tessera_render
+from tessera_render import AsyncClient, AsyncJob, Client, Job, Retry
 
 JOB = {"id": "0b1e7c1c-0000-4000-8000-000000000001", "state": "rendering",
        "spec": {"scene": "glass", "film": {"width": 8, "height": 4, "crop": None}}}
@@ -69,14 +69,14 @@ class Retries(unittest.TestCase):
 
     def test_gives_up_after_the_maximum_number_of_attempts(self):
         script = Script(*[REFUSED] * 9)
-        with self.assertRaisesRegex(tessera.ConnectionFailed, "tessera.test.*refused"):
+        with self.assertRaisesRegex(tessera_render.ConnectionFailed, "tessera.test.*refused"):
             script.client().info()
         self.assertEqual(len(script.requests), 3)
 
     def test_does_not_retry_an_extension_that_may_have_arrived(self):
         script = Script(200, LOST, 202)
         job = script.client().job(JOB["id"])
-        with self.assertRaises(tessera.ConnectionFailed):
+        with self.assertRaises(tessera_render.ConnectionFailed):
             job.extend(samples_per_pixel=8)
         self.assertEqual(len(script.requests), 2)
 
@@ -91,7 +91,7 @@ class Retries(unittest.TestCase):
         for status in (502, 504):
             script = Script(200, (status, b"<html>", {}), 202)
             job = script.client().job(JOB["id"])
-            with self.assertRaises(tessera.ServerFault):
+            with self.assertRaises(tessera_render.ServerFault):
                 job.extend(samples_per_pixel=8)
             self.assertEqual(len(script.requests), 2, "it may have taken effect")
             script = Script((status, b"<html>", {}), 200)
@@ -100,14 +100,14 @@ class Retries(unittest.TestCase):
 
     def test_retries_503_and_then_reports_it(self):
         script = Script(*[problem(503)] * 3)
-        with self.assertRaises(tessera.Unavailable):
+        with self.assertRaises(tessera_render.Unavailable):
             script.client().info()
         self.assertEqual(len(script.requests), 3)
 
     def test_retry_after_is_a_lower_bound(self):
         status, body, headers = problem(503)
         script = Script((status, body, {**headers, "Retry-After": "7"}), 200)
-        with mock.patch("tessera.client.time.sleep") as sleep:
+        with mock.patch("tessera_render._client.time.sleep") as sleep:
             script.client().job(JOB["id"])
         self.assertEqual([call.args[0] for call in sleep.call_args_list], [7.0])
 
@@ -121,7 +121,7 @@ class Retries(unittest.TestCase):
     def test_does_not_retry_other_errors(self):
         for status in (400, 404, 409, 422, 500):
             script = Script(problem(status), 200)
-            with self.assertRaises(tessera.Problem):
+            with self.assertRaises(tessera_render.Problem):
                 script.client().info()
             self.assertEqual(len(script.requests), 1)
 
@@ -129,7 +129,7 @@ class Retries(unittest.TestCase):
         script = Script(200, LOST, problem(404))
         script.client().job(JOB["id"]).delete()
         script = Script(200, problem(404))
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             script.client().job(JOB["id"]).delete()
 
     def test_wait_tolerates_more_failures_than_a_request(self):
@@ -141,7 +141,7 @@ class Retries(unittest.TestCase):
         retry = Retry(first_delay_s=0.01, longest_delay_s=0.02, patience_s=0.1)
         script = Script(201, *[REFUSED] * 100)
         job = script.client(retry=retry).submit("glass")
-        with self.assertRaises(tessera.ConnectionFailed):
+        with self.assertRaises(tessera_render.ConnectionFailed):
             job.wait()
 
     def test_asynchronous_client_follows_the_same_rules(self):
@@ -161,14 +161,17 @@ class Retries(unittest.TestCase):
 
 class Problems(unittest.TestCase):
     def test_statuses_have_their_exceptions(self):
-        kinds = {400: tessera.BadRequest, 401: tessera.Unauthorized, 403: tessera.Forbidden,
-                 404: tessera.NotFound, 405: tessera.MethodNotAllowed, 406: tessera.NotAcceptable,
-                 409: tessera.Conflict, 410: tessera.Gone, 412: tessera.PreconditionFailed,
-                 413: tessera.TooLarge, 415: tessera.UnsupportedMedia, 421: tessera.Misdirected,
-                 422: tessera.Invalid, 424: tessera.MissingFiles, 429: tessera.TooManyRequests,
-                 500: tessera.ServerFault, 503: tessera.Unavailable, 507: tessera.NoSpace}
+        kinds = {400: tessera_render.BadRequest, 401: tessera_render.Unauthorized,
+                 403: tessera_render.Forbidden, 404: tessera_render.NotFound,
+                 405: tessera_render.MethodNotAllowed, 406: tessera_render.NotAcceptable,
+                 409: tessera_render.Conflict, 410: tessera_render.Gone,
+                 412: tessera_render.PreconditionFailed, 413: tessera_render.TooLarge,
+                 415: tessera_render.UnsupportedMedia, 421: tessera_render.Misdirected,
+                 422: tessera_render.Invalid, 424: tessera_render.MissingFiles,
+                 429: tessera_render.TooManyRequests, 500: tessera_render.ServerFault,
+                 503: tessera_render.Unavailable, 507: tessera_render.NoSpace}
         for status, kind in kinds.items():
-            with self.assertRaises(tessera.Problem) as caught:
+            with self.assertRaises(tessera_render.Problem) as caught:
                 Script(*[problem(status)] * 3).client().info()
             self.assertIs(type(caught.exception), kind)
             self.assertEqual(caught.exception.status, status)
@@ -176,15 +179,15 @@ class Problems(unittest.TestCase):
 
     def test_fault_contains_its_pointer(self):
         errors = [{"pointer": "/film/width", "detail": "0 is outside [1, 16384]"}]
-        with self.assertRaisesRegex(tessera.Invalid, "/film/width: 0 is outside") as caught:
+        with self.assertRaisesRegex(tessera_render.Invalid, "/film/width: 0 is outside") as caught:
             Script(problem(422, errors=errors)).client().info()
         self.assertEqual(caught.exception.errors,
-                         [tessera.FieldError("/film/width", "0 is outside [1, 16384]")])
+                         [tessera_render.FieldError("/film/width", "0 is outside [1, 16384]")])
         copy = pickle.loads(pickle.dumps(caught.exception))
-        self.assertEqual((type(copy), str(copy)), (tessera.Invalid, str(caught.exception)))
+        self.assertEqual((type(copy), str(copy)), (tessera_render.Invalid, str(caught.exception)))
 
     def test_reports_an_error_page_of_a_proxy(self):
-        with self.assertRaisesRegex(tessera.ServerFault, "502 Bad Gateway: <html>"):
+        with self.assertRaisesRegex(tessera_render.ServerFault, "502 Bad Gateway: <html>"):
             Script(*[(502, b"<html>", {})] * 3).client().info()
 
 
@@ -192,16 +195,17 @@ class Problems(unittest.TestCase):
         target = {"Location": "https://u:secretpw@render.example.org/v1/server"}
         for status in (301, 307, 308):
             with self.assertRaisesRegex(
-                tessera.Problem, r"it is at https://\*\*\*@render.example.org/v1/server; give"
+                tessera_render.Problem,
+                r"it is at https://\*\*\*@render.example.org/v1/server; give",
             ):
                 Script((status, b"<html>", target)).client().info()
 
     def test_addresses_are_shown_without_their_password(self):
         for address in ("ftp://u:secretpw@x", "u:secretpw@x", "http//u:secretpw@x"):
-            with self.assertRaises(tessera.TesseraError) as caught:
-                tessera.Client(address)
+            with self.assertRaises(tessera_render.TesseraError) as caught:
+                tessera_render.Client(address)
             self.assertNotIn("secretpw", str(caught.exception))
-        client = tessera.Client("http://u:secretpw@127.0.0.1:1")
+        client = tessera_render.Client("http://u:secretpw@127.0.0.1:1")
         self.assertNotIn("secretpw", repr(client))
 
 
@@ -263,7 +267,7 @@ class Requests(unittest.TestCase):
         ):
             self.assertEqual(Client().server, "http://there:99")
             self.assertEqual(Client("http://here:1").server, "http://here:1")
-        with self.assertRaises(tessera.TesseraError):
+        with self.assertRaises(tessera_render.TesseraError):
             Client("there:99")
 
     def test_lists_follow_the_cursor_and_stop_at_the_limit(self):
@@ -329,10 +333,10 @@ class Extras(unittest.TestCase):
 
     def test_unknown_job_is_not_a_missing_feature(self):
         script = Script(problem(404), (200, {"paths": {"/v1/comparisons": {}}}, {}))
-        with self.assertRaises(tessera.NotFound):
+        with self.assertRaises(tessera_render.NotFound):
             script.client().compare(JOB["id"], OTHER)
         script = Script(problem(404), (200, {"paths": {}}, {}))
-        with self.assertRaisesRegex(tessera.NotOffered, "comparisons"):
+        with self.assertRaisesRegex(tessera_render.NotOffered, "comparisons"):
             script.client().compare(JOB["id"], OTHER)
 
     def test_reads_an_experiment_line_by_line(self):
@@ -348,9 +352,9 @@ class Extras(unittest.TestCase):
     def test_reports_an_experiment_that_breaks_off(self):
         point = json.dumps(LINES[0]).encode() + b"\n"
         for body in (b"", point, point + b'{"cancelled":true}\n'):
-            with self.assertRaises(tessera.CorruptData):
+            with self.assertRaises(tessera_render.CorruptData):
                 Script((200, body, {})).client().lab("pi")
 
     def test_reports_a_server_without_a_laboratory(self):
-        with self.assertRaises(tessera.NotOffered):
+        with self.assertRaises(tessera_render.NotOffered):
             Script(problem(404)).client().lab("pi")

@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from tessera import Job, TesseraError
+from tessera_render import Job, TesseraError
 
 from . import cameras, jobs, losses, passes, server
 from .following import Following, status

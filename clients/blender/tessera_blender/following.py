@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-from tessera import Job, TileImage
-from tessera.results import ErrorBar
+from tessera_render import Job, TileImage
+from tessera_render.results import ErrorBar
 
 
 class Following(threading.Thread):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from tessera import Client, Job, Scene
+from tessera_render import Client, Job, Scene
 
 from . import cameras, exporting, passes, worlds
 from .main_thread import in_main_thread

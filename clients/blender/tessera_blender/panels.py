@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-from tessera import TesseraError
+from tessera_render import TesseraError
 
 from . import jobs, losses, server
 from .engine import TesseraEngine

@@ -21,7 +21,7 @@ import bpy
 import gpu
 import numpy as np
 from gpu_extras.presets import draw_texture_2d
-from tessera import TesseraError
+from tessera_render import TesseraError
 
 from . import cameras, exporting, jobs, server
 from .main_thread import with_window

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tessera import Client, Job, Scene, TesseraError
+from tessera_render import Client, Job, Scene, TesseraError
 
 from . import passes, worlds
 from .following import Following, status

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 import tessera_render
-from tessera import Client
+from tessera_render import Client
 
 # One client for an address and key, so that connections are used again.
 _clients: dict[tuple[str, str], Client] = {}

@@ -12,7 +12,7 @@ from worker import process_peak_bytes
 
 sys.path.insert(0, os.path.join(environments.ROOT, "clients", "python", "src"))
 
-from tessera import Client  # noqa: E402
+from tessera_render import Client  # noqa: E402
 
 
 class Engine:

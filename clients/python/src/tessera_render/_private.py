@@ -11,9 +11,11 @@ import threading
 from os import PathLike
 from typing import Any
 
-from tessera import Client, Job, JobOptions, TesseraError
-
-from ._program import program
+from ._client import Client
+from ._program import environment, program
+from .errors import TesseraError
+from .job import Job
+from .options import JobOptions
 
 # When render() ends if its options have no stop rule; as POST /v1/render of the server.
 _RELATIVE_ERROR = 0.03
@@ -45,7 +47,7 @@ def _start(binary: str | None) -> Client:
     guard = subprocess.Popen(
         ["/bin/sh", "-c", _GUARD, "sh", binary, "serve", "--port", "0", "--log-level", "warning"],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        env={**{name: value for name, value in os.environ.items()
+        env={**{name: value for name, value in environment().items()
                 if name in _KEPT or not name.startswith("TESSERA_")},
              "TESSERA_KEY": key, "TESSERA_DATA": data},
         # Ctrl-C is for this process; the server ends with it.
@@ -93,8 +95,8 @@ def render(
     """Renders a scene and returns the finished job: job.save("a.png"), job.image(), job.error.
 
     scene: a .glb, a .gltf or .obj with its files, a zip, a folder, .stl, .ply, .3mf, or a built-in
-    name. size: pixels; one number is a square. options: see tessera.JobOptions. Without a stop rule
-    it ends at a relative error of 3%, or after 10 seconds. Raises JobFailed if the job fails.
+    name. size: pixels; one number is a square. options: see JobOptions. Without a stop rule it ends
+    at a relative error of 3%, or after 10 seconds. Raises JobFailed if the job fails.
     """
     if not _RULES & options.keys():
         options["relative_error"] = _RELATIVE_ERROR

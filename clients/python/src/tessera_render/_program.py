@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import sys
@@ -16,6 +17,14 @@ def program() -> str | None:
     return str(_INSIDE) if _INSIDE.is_file() else shutil.which("tessera")
 
 
+def environment() -> dict[str, str]:
+    """That of the program: with Open Image Denoise, if `pyoidn` is installed."""
+    pyoidn = importlib.util.find_spec("pyoidn")
+    if pyoidn is None or pyoidn.origin is None:
+        return dict(os.environ)
+    return {"TESSERA_OIDN": str(Path(pyoidn.origin).parent / "oidn"), **os.environ}
+
+
 def main() -> None:
     """Becomes the program."""
-    os.execv(_INSIDE, ["tessera", *sys.argv[1:]])
+    os.execve(_INSIDE, ["tessera", *sys.argv[1:]], environment())

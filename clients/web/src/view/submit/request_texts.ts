@@ -102,7 +102,7 @@ export function textOf(kind: TextKind, request: Members, server: string): string
     return `tessera submit --server ${server} --job /dev/stdin <<'END'\n${json}\nEND`;
   const { scene, ...rest } = request;
   return [
-    'from tessera import Client',
+    'from tessera_render import Client',
     '',
     `with Client(${JSON.stringify(server)}) as client:`,
     `    job = client.submit(${JSON.stringify(scene)}, request=${python(rest, '    ')})`,

@@ -20,7 +20,7 @@ from .tiff import decode_tiff
 from .tiles import FloatArray, Tile, TileFeed
 
 if TYPE_CHECKING:
-    from .client import Client
+    from ._client import Client
 
 
 class Job(JobData):

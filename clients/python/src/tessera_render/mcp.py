@@ -1,7 +1,7 @@
 """A Model Context Protocol server: tools with which an agent renders a scene and looks at it.
 
-    python -m tessera.mcp [--server URL] [--key KEY]                # stdio, started by the agent
-    python -m tessera.mcp --port 8765 [--files FOLDER]              # http://127.0.0.1:8765/mcp
+    python -m tessera_render.mcp [--server URL] [--key KEY]         # stdio, started by the agent
+    python -m tessera_render.mcp --port 8765 [--files FOLDER]       # http://127.0.0.1:8765/mcp
 
 Needs the extra `mcp`: pip install "tessera-render[mcp]". Images in answers have at most a million
 pixels; the error of each is told in words. Files are read from any folder over stdio, where the
@@ -338,7 +338,7 @@ def make_server(
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m tessera.mcp",
+        prog="python -m tessera_render.mcp",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

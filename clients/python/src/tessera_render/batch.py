@@ -14,7 +14,7 @@ from ._wire import Call, segment
 from .errors import WaitTimeout
 
 if TYPE_CHECKING:
-    from .client import Client
+    from ._client import Client
     from .job import Job
 
 _LOOK_S = 0.5

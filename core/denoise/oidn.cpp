@@ -141,8 +141,13 @@ std::string find_oidn() {
   }
   std::error_code none;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", none);
-  const std::filesystem::path beside = self.parent_path() / "oidn" / "lib";
-  return has_library(beside) ? beside.string() : "";
+  for (const char* beside : {"oidn/lib", "../lib/tessera/oidn/lib"}) {
+    const auto folder = (self.parent_path() / beside).lexically_normal();
+    if (has_library(folder)) {
+      return folder.string();
+    }
+  }
+  return "";
 }
 
 Result<FilteredHalves> OidnDenoiser::denoise(std::span<const HalfPicture> halves,

@@ -17,7 +17,8 @@ struct OidnOptions {
 };
 
 /// Returns the folder of TESSERA_OIDN, or its `lib` if that contains the library; without the
-/// variable, `oidn/lib` next to the program. Empty if neither is available.
+/// variable, `oidn/lib` next to the program, or `../lib/tessera/oidn/lib`, as packages have it.
+/// Empty if none is available.
 std::string find_oidn();
 
 class OidnDenoiser final : public Denoiser {

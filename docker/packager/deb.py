@@ -56,6 +56,9 @@ POSTRM = """\
 #!/bin/sh
 set -e
 if [ -d /run/systemd/system ]; then systemctl daemon-reload; fi
+if [ "$1" = remove ] || [ "$1" = purge ]; then
+  rm -rf /usr/lib/tessera/oidn  # of tessera-fetch-denoiser
+fi
 if [ "$1" = purge ]; then
   rm -rf /var/lib/tessera /etc/tessera
   if getent passwd tessera >/dev/null; then userdel tessera; fi
@@ -104,13 +107,14 @@ def make(build, work, out, machine):
     kilobytes = sum(file.stat().st_size for file in usr.rglob("*") if file.is_file()) // 1024
     (control / "control").write_text(
         CONTROL.format(
-            version=tree.version(), arch=machine.arch, kilobytes=kilobytes, libraries=libraries
+            version=tree.debian_version(), arch=machine.arch, kilobytes=kilobytes,
+            libraries=libraries,
         )
     )
     for name, script in SCRIPTS.items():
         (control / name).write_text(script)
         (control / name).chmod(0o755)
-    file = out / f"tessera_{tree.version()}_{machine.arch}.deb"
+    file = out / f"tessera_{tree.debian_version()}_{machine.arch}.deb"
     # xz compresses better than dpkg's zstd and every dpkg reads it.
     subprocess.run(
         ["dpkg-deb", "--root-owner-group", "-Zxz", "--build", root, file],

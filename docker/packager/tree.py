@@ -1,6 +1,6 @@
 """The tree of files that every package has: programs, libraries, licences, manual, completions.
 
-    bin/tessera, bin/tessera-server
+    bin/tessera, bin/tessera-server, bin/tessera-fetch-denoiser
     lib/tessera/            tessera-convert and libraries; programs look there first, relative to
                             themselves
     share/doc/tessera/      licences and versions of what is included
@@ -9,6 +9,7 @@
 
 import gzip
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -30,9 +31,28 @@ COMPLETIONS = {
 
 
 def version():
-    """The project's version, from its only place."""
+    """The project's version, from its only place: semantic versioning.
+
+    Between two releases it ends in the time of the commit: 1.1.0-dev.202611281012 is older than
+    the next commit's and than 1.1.0. (0 outside of a checkout.)
+    """
     text = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
-    return re.search(r"^project\(tessera VERSION ([\d.]+)", text, re.M).group(1)
+    found = re.search(r"^set\(TESSERA_VERSION (\S+)\)", text, re.M).group(1)
+    if not found.endswith("-dev"):
+        return found
+    command = "git log -1 --format=%cd --date=format-local:%Y%m%d%H%M 2>/dev/null || echo 0"
+    time = elf.output("sh", "-c", command, cwd=ROOT, env=os.environ | {"TZ": "UTC"}).strip()
+    return f"{found}.{time}"
+
+
+def debian_version():
+    """The same for dpkg, to which 1.1.0~dev is older than 1.1.0."""
+    return version().replace("-", "~")
+
+
+def python_version():
+    """The same as PEP 440 has it."""
+    return version().replace("-dev.", ".dev")
 
 
 def formats():
@@ -60,6 +80,9 @@ def make(build, tree, machine, provided=None):
         shutil.copyfile(source, place)
         place.chmod(0o755)
         subprocess.run([machine.tool("strip"), "--strip-all", str(place)], check=True)
+    fetcher = tree / "bin/tessera-fetch-denoiser"
+    shutil.copyfile(ROOT / "docker/fetch-denoiser", fetcher)
+    fetcher.chmod(0o755)
     # DT_RPATH, not DT_RUNPATH: it also applies to what the libraries need, which so stay as
     # Debian built them.
     for name in (*PROGRAMS, *PARTS):

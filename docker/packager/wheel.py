@@ -6,6 +6,7 @@ platform of the wheel is missing (PEP 600): that of the oldest glibc with the sy
 
 import base64
 import hashlib
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -19,9 +20,13 @@ ENTRY = "[console_scripts]\ntessera = tessera_render._program:main\n"
 
 def _pure_wheel(work):
     """The wheel of the client as pip builds it from pyproject.toml, by the packages of Debian."""
+    source = work / "client"
+    shutil.copytree(tree.ROOT / "clients/python", source)
+    version = source / "src/tessera_render/_version.py"
+    version.write_text(f'__version__ = "{tree.python_version()}"\n')
     subprocess.run(
         ["/usr/bin/python3", "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation",
-         "--wheel-dir", work, tree.ROOT / "clients/python"],
+         "--wheel-dir", work, source],
         check=True, stdout=sys.stderr,
     )  # fmt: skip
     (wheel,) = work.glob("*.whl")

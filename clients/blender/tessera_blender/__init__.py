@@ -6,7 +6,7 @@ from pathlib import Path
 bl_info = {
     "name": "Tessera",
     "description": "Renders on a server that tells how far the image is off",
-    "version": (1, 0, 0),
+    "version": (1, 1, 0),
     "blender": (3, 4, 0),
     "location": "Render Properties > Render Engine",
     "category": "Render",

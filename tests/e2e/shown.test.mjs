@@ -284,6 +284,13 @@ test('a comparison is shown with the numbers of the API', { skip, timeout }, asy
       },
       'Pixels beyond 3 σ': (text) => shows(text, z.share_above_3, 'share', 1e-4),
     });
+    for (const [side, one] of [['A', noisier], ['B', job]]) {
+      const text = await page.locator(`.side-note-${side.toLowerCase()}`).innerText();
+      const [, samples, error] = /^. (.*) samples, (.*)$/.exec(text) ?? [];
+      assert.ok(samples, text);
+      shows(samples, one.progress.samples_per_pixel.mean, `samples of ${side}`, 1);
+      shows(error, one.error.relative, `error of ${side}`);
+    }
     const note = await page.locator('.compare-numbers .hint', { hasText: '95%' }).innerText();
     const [, low, high] = /^95%: (\S+) to (\S+)$/.exec(note) ?? [];
     assert.ok(low, note);
@@ -305,6 +312,13 @@ test('lists of jobs are shown with the numbers of the API', { skip, timeout }, (
       assert.match(samples, / samples$/);
       shows(samples.replace(' samples', ''), one.progress.samples_per_pixel.mean, 'samples', 1);
       shows(time, one.progress.elapsed_seconds, 'render time', 0.1);
+    }
+    // The strip below an image, too.
+    await page.goto(`${server.url}/#/jobs/${job.id}`);
+    for (const one of [job, noisier]) {
+      const item = page.locator(`.filmstrip a[href="#/jobs/${one.id}"] .strip-state`);
+      await item.waitFor();
+      shows(await item.innerText(), one.error.relative, 'error in the strip');
     }
   }),
 );

@@ -141,7 +141,7 @@ TEST_F(WorkBoardTest, AResultAfterTheLeaseIsRefusedAndAnotherWorkersIsTaken) {
   EXPECT_EQ(board().result_bytes_max(unit, sender("a")).error().code, ErrorCode::kConflict);
   EXPECT_EQ(jobs->view(*job).progress.revision, before) << "it is not in the film";
   report("b");
-  EXPECT_TRUE(comes_again(unit));
+  ASSERT_TRUE(comes_again(unit));
   ASSERT_TRUE(board().lease(unit, sender("b")));
   EXPECT_TRUE(board().take(unit, sender("b"), result));
   EXPECT_EQ(board().take(unit, sender("b"), result).error().code, ErrorCode::kNotFound)
@@ -190,7 +190,7 @@ TEST_F(WorkBoardTest, AQueueThatLostItsNamesGetsThemAgain) {
   test_support::set_queue_up(false);
   ASSERT_TRUE(wait_until([this] { return !board().counts().has_broker; }));
   test_support::set_queue_up(true);
-  EXPECT_TRUE(comes_again(lost));
+  ASSERT_TRUE(comes_again(lost));
   finished_by("a", job);
 }
 

@@ -43,12 +43,13 @@ void FirstLooks::encode(const JobPointer& job) const {
       looks.push_back({.key = key, .picture = *kept});
     }
   };
-  api::ImageQuery thumbnail;
-  thumbnail.max_size = 192;
-  keep("png", thumbnail);
+  // First the image, which takes longer: the thread of another request encodes the thumbnail.
   api::ImageQuery image;
   image.auto_exposure = true;
   keep(core::is_transparent(view.spec.render) ? "webp" : "jpg", image);
+  api::ImageQuery thumbnail;
+  thumbnail.max_size = 192;
+  keep("png", thumbnail);
   if (!job->memory_only()) {
     store(*job, view, looks);
   }

@@ -7,13 +7,13 @@
 
 namespace test_support {
 
-/// Whether a value has a name. GCC and clang print one without as "(core::StopReason)12".
+/// Whether a value has a name. GCC and clang end the text with "(core::StopReason)12]" if it has
+/// none, else with "core::StopReason::kNone]".
 template <auto kValue>
 constexpr bool is_enumerator() {
   constexpr std::string_view kText = __PRETTY_FUNCTION__;
-  constexpr std::string_view kBefore = "kValue = ";
-  const auto at = kText.find(kBefore);
-  return at != std::string_view::npos && kText[at + kBefore.size()] != '(';
+  const char first = kText[kText.find_last_of(":)") + 1];
+  return first < '0' || first > '9';
 }
 
 template <typename Enum, int kFrom = 0>

@@ -47,8 +47,9 @@ fi
 PRERM = """\
 #!/bin/sh
 set -e
-if [ "$1" = remove ] && [ -d /run/systemd/system ]; then
-  systemctl disable --now tessera.service
+if [ "$1" = remove ]; then
+  if [ -d /run/systemd/system ]; then systemctl disable --now tessera.service; fi
+  rm -rf /usr/lib/tessera/oidn  # of tessera-fetch-denoiser
 fi
 """
 # Removing keeps data, settings and user; purging leaves nothing.
@@ -56,9 +57,6 @@ POSTRM = """\
 #!/bin/sh
 set -e
 if [ -d /run/systemd/system ]; then systemctl daemon-reload; fi
-if [ "$1" = remove ] || [ "$1" = purge ]; then
-  rm -rf /usr/lib/tessera/oidn  # of tessera-fetch-denoiser
-fi
 if [ "$1" = purge ]; then
   rm -rf /var/lib/tessera /etc/tessera
   if getent passwd tessera >/dev/null; then userdel tessera; fi

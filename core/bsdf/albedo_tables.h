@@ -100,8 +100,8 @@ struct TableCell {
         share(x * F(kGlassNodes - 1) - to_floats(node)) {}
 };
 template <typename F>
-TableCell<F> cell_of_ior(F ior) noexcept {
-  return TableCell<F>(sqrt(clamp01((ior - 1) * 0.5F)));
+F axis_of_ior(F ior) noexcept {
+  return sqrt(clamp01((ior - 1) * 0.5F));
 }
 
 /// Returns the value at a share of the way to another.
@@ -119,7 +119,7 @@ F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
   using glass_detail::between;
   constexpr int kRow = kGlassNodes;
   constexpr int kPlane = kRow * kRow;
-  const auto i = glass_detail::cell_of_ior(ior);
+  const glass_detail::TableCell<F> i(glass_detail::axis_of_ior(ior));
   const glass_detail::TableCell<F> r(clamp01(roughness));
   const glass_detail::TableCell<F> m(sqrt(clamp01(mu)));
   using Node = decltype(m.node);
@@ -139,7 +139,7 @@ F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
 template <typename F>
 F glass_albedo_average(F roughness, F ior, bool inside) noexcept {
   using glass_detail::between;
-  const auto i = glass_detail::cell_of_ior(ior);
+  const glass_detail::TableCell<F> i(glass_detail::axis_of_ior(ior));
   const glass_detail::TableCell<F> r(clamp01(roughness));
   const auto first = i.node * kGlassNodes + r.node;
   const auto row = [&](int offset) {

@@ -53,9 +53,16 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     specular_albedo_wo = specular_->albedo(facets_, e);
     multiple_albedo = specular_->multiple_albedo(facets_, e);
   }
+  Rgb diffused;
   if (layers != nullptr && layers->diffuse_transmission > 0) {
-    below_.albedo = layers->diffuse_transmission_color * (lambert * layers->diffuse_transmission);
-    diffuse_.albedo *= 1 - layers->diffuse_transmission;
+    // Beside refraction, it changes radiance by the squared indices too, and less of the light in
+    // the denser medium passes, so that the lobe is reciprocal.
+    const float ior = solid > 0 ? p.ior : 1.0F;
+    const float eta_2 = p.inside ? 1 / (ior * ior) : ior * ior;
+    const float passed = layers->diffuse_transmission * std::min(eta_2, 1.0F);
+    diffused = layers->diffuse_transmission_color * (lambert * passed);
+    below_.albedo = diffused * p.refraction_weight / eta_2;
+    diffuse_.albedo *= 1 - passed;
   }
   const Rgb substrate_albedo = diffuse_.albedo * interface_.open_wo;
   ThinLobe::Albedos wall;
@@ -73,11 +80,10 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   prob_[kSpecular] = luminance(specular_albedo_wo + wall.single.reflected);
   prob_[kThin] = thin_ ? thin_->prob(wall) : 0.0F;
   prob_[kDiffuseTransmission] +=
-      luminance(below_.albedo) * interface_.open_wo + luminance(wall.multiple);
+      luminance(diffused) * interface_.open_wo + luminance(wall.multiple);
   albedo_ = substrate_albedo + multiple_albedo + specular_albedo_wo + wall.single.reflected +
             wall.single.transmitted + wall.multiple + p.base_color * solid +
-            below_.albedo * interface_.open_wo;
-  below_.albedo *= p.refraction_weight;
+            diffused * interface_.open_wo;
   if (layers != nullptr && (layers->clearcoat > 0 || max_component(layers->sheen_color) > 0)) {
     add_top(*layers);
   }
@@ -145,7 +151,7 @@ void Bsdf::add_above(Vec3 wi, BsdfEval& out) const noexcept {
     f = diffuse_.f();
   }
   if (glass_ && glass_->has_multiple()) {
-    f += glass_->multiple(wi.z, true, facets_.roughness);
+    f += glass_->multiple(facets_, wi, true);
   }
   out.value_cos += f * wi.z;
   out.pdf_solid_angle += prob_[kDiffuse] * diffuse_.pdf_solid_angle(wi.z);
@@ -159,7 +165,7 @@ void Bsdf::add_below(Vec3 wi, BsdfEval& out) const noexcept {
   const SpecularAlbedo e = specular_ || thin_ ? albedo_of(facets_, wi) : SpecularAlbedo{};
   Rgb f = specular_ ? below_.f_under(mu, interface_, e) : below_.f();
   if (glass_ && glass_->has_multiple()) {
-    f += glass_->multiple(mu, false, facets_.roughness);
+    f += glass_->multiple(facets_, wi, false);
   }
   if (thin_) {
     f += thin_->multiple * (1 - e.e);
@@ -243,7 +249,7 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
       return s.wi_local.z > 0;
     case kDiffuseTransmission:
       s.wi_local = -below_.sample(u);
-      s.eta = glass_ && is_black(below_.albedo) ? glass_->eta() : 1.0F;
+      s.eta = glass_ ? glass_->eta() : 1.0F;
       return s.wi_local.z < 0;
     case kSheen:
       s.wi_local = SheenLobe::sample(u);

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/anisotropic_albedo.h"
 #include "core/bsdf/bsdf_types.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/fresnel.h"
@@ -52,9 +52,9 @@ class GlassLobeOf {
       // Multiple Scattering, 2021).
       const F n = max(eta_, 1 / eta_);
       const M denser = eta_ < 1;
-      lost_ = select(is_rough, max(1 - glass_albedo(s.wo.z, s.roughness, n, denser), F(0)), F(0));
-      const F lost_outside = max(1 - glass_albedo_average(s.roughness, n, false), F(1e-4F));
-      const F lost_inside = max(1 - glass_albedo_average(s.roughness, n, true), F(1e-4F));
+      lost_ = select(is_rough, max(1 - glass_albedo(s, s.wo, n, denser), F(0)), F(0));
+      const F lost_outside = max(1 - glass_albedo_average(s, n, false), F(1e-4F));
+      const F lost_inside = max(1 - glass_albedo_average(s, n, true), F(1e-4F));
       const F through_outside =
           min(1 - (n - 1) / (4.08567F + 1.00071F * n), n * n * lost_inside / lost_outside);
       through_ =
@@ -85,11 +85,11 @@ class GlassLobeOf {
   F diffuse_below() const noexcept { return weight_ * lost_ * through_; }
   /// Returns whether multiple() is not 0 everywhere.
   bool has_multiple() const noexcept { return any(lost_ > 0); }
-  /// Returns the BSDF of multiple scattering at cosine mu of wi on its side. above: that of wo.
-  Color multiple(F mu, M above, F roughness) const noexcept {
+  /// Returns the BSDF of multiple scattering. above: wi is on the side of wo.
+  Color multiple(const FacetsOf<F>& s, V wi, M above) const noexcept {
     const M inside = (above & (eta_ < 1)) | (opposite(above) & (eta_ > 1));
     return select(above, multiple_above_, multiple_below_) *
-           (1 - glass_albedo(mu, roughness, max(eta_, 1 / eta_), inside));
+           (1 - glass_albedo(s, wi, max(eta_, 1 / eta_), inside));
   }
   /// Returns the reflectance of the smooth boundary.
   Color mirrored(const FacetsOf<F>& s) const noexcept {

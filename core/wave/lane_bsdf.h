@@ -582,8 +582,7 @@ class BsdfLanes {
     const F prob = select(above, prob_diffuse_, prob_below_);
     Vec3s<N> spread = select(above, diffuse, black());
     if (glass_->has_multiple()) {
-      spread =
-          spread + select(prob > 0, glass_->multiple(mu, above, facets_.roughness) * mu, black());
+      spread = spread + select(prob > 0, glass_->multiple(facets_, wi, above) * mu, black());
     }
     const F bare = select(above, out.pdf_solid_angle, prob_below_ * (mu * kInvPi));
     Eval lobe = {select(above, glossy, black()), select(is_even_, prob * (0.5F * kInvPi), bare)};

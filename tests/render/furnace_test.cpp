@@ -105,6 +105,13 @@ std::vector<Lossless> lossless() {
     m.alpha_mode = core::AlphaMode::kBlend;
     m.base_alpha = 0.5F;
     all.push_back({"solid glass with holes", m, roughness > 0 ? 2e-2 : 1e-3});
+    m.alpha_mode = core::AlphaMode::kOpaque;
+    m.anisotropy = 1;
+    all.push_back({"brushed solid glass", m, 2e-2});
+    m.anisotropy = 0;
+    m.transmission = 0.5F;
+    m.diffuse_transmission = 0.5F;
+    all.push_back({"milky glass", m, roughness > 0 ? 1e-2 : 5e-3});
   }
   return all;
 }

@@ -57,6 +57,12 @@ void add_layered(std::vector<BsdfCase>& cases) {
     core::BsdfLayers leaf;
     leaf.diffuse_transmission = 0.6F;
     add("DiffuseTransmission" + tail, rough(r), leaf, true);
+    p = rough(r);
+    p.transmission = 0.5F;
+    p.thin = false;
+    add("MilkyGlassOutside" + tail, p, leaf, true);
+    p.inside = true;
+    add("MilkyGlassInside" + tail, p, leaf, true);
   }
   core::BsdfLayers coat;
   coat.clearcoat = 0.7F;
@@ -108,6 +114,20 @@ std::vector<BsdfCase> bsdf_cases() {
   p.base_color = {1, 0.8F, 0.3F};
   p.alpha_y = 0.15F;
   add("AnisotropicGold", p, false, 0.05);
+  p = rough(0.5F);
+  p.transmission = 1;
+  p.thin = false;
+  for (const float narrow : {0.01F, 0.16F}) {
+    const std::string tail = narrow < 0.1F ? "10" : "40";
+    p.alpha_x = 1;
+    p.alpha_y = narrow;
+    p.inside = false;
+    // The tables are within .02 of the albedos of these lobes, from which those of isotropic lobes
+    // of the same mean width differ by .05 outside and by .15 inside.
+    add("BrushedSolidGlassOutside" + tail, p, true, 0.02);
+    p.inside = true;
+    add("BrushedSolidGlassInside" + tail, p, true, 0.02);
+  }
   p = rough(0.5F);
   p.metallic = 0.5F;
   p.transmission = 0.5F;

@@ -7,6 +7,7 @@
     share/man, share/bash-completion, share/zsh, share/fish
 """
 
+import functools
 import gzip
 import json
 import os
@@ -30,6 +31,7 @@ COMPLETIONS = {
 }
 
 
+@functools.cache
 def version():
     """The project's version, from its only place: semantic versioning.
 

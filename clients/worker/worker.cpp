@@ -21,6 +21,7 @@
 #include "clients/cli/command.h"
 #include "clients/cli/patience.h"
 #include "clients/cli/shown.h"
+#include "clients/worker/pauses.h"
 #include "clients/worker/worker_jobs.h"
 #include "core/accel/arithmetic.h"
 #include "core/base/build_id.h"
@@ -36,9 +37,6 @@ using core::ErrorCode;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-/// Wait before an unreachable server gets the next report, and before a unit that is meant for
-/// another worker is asked for again: short compared to units of seconds.
-constexpr std::chrono::milliseconds kAskAgain{200};
 /// How long an idle thread waits for the broker; also the delay with which it notices a stop.
 constexpr std::chrono::milliseconds kPull{500};
 /// Delay with which signals and orders are noticed.

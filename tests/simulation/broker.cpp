@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/queue/units.h"
+#include "tests/simulation/faults.h"
 
 namespace simulation {
 namespace {
@@ -63,6 +64,9 @@ std::shared_ptr<queue::NatsLink> start_broker(std::uint64_t seed) {
 void set_broker_lossy(bool is_lossy) { broker->is_lossy = is_lossy; }
 
 void set_broker_up(bool is_up) {
+  if (!is_up && broker->is_up) {
+    count_fault(Fault::kQueueDown);
+  }
   if (is_up && !broker->is_up) {
     broker->entries.clear();
     ++*broker->generation;
@@ -139,9 +143,14 @@ core::Status UnitPublisher::publish(std::string_view unit) {
     return simulation::unreachable();
   }
   const double draw = broker->is_lossy ? broker->random.uniform() : 1;
-  const int copies = draw < simulation::kLoss                           ? 0
-                     : draw < simulation::kLoss + simulation::kDoubling ? 2
-                                                                        : 1;
+  int copies = 1;
+  if (draw < simulation::kLoss) {
+    copies = 0;
+    count_fault(simulation::Fault::kNameLost);
+  } else if (draw < simulation::kLoss + simulation::kDoubling) {
+    copies = 2;
+    count_fault(simulation::Fault::kNameDoubled);
+  }
   for (int i = 0; i < copies; ++i) {
     broker->entries.push_back({{std::string(unit), ++broker->last}, simulation::now()});
   }

@@ -14,6 +14,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include "tests/simulation/faults.h"
 #include "tests/simulation/real.h"
 
 namespace simulation {
@@ -282,10 +283,18 @@ void lose_power() {
 void spare_process() { disk->faults.end_at = 0; }
 
 void set_disk_full(bool is_full) {
+  if (is_full) {
+    count_fault(Fault::kDiskFull);
+  }
   disk->room = is_full ? std::optional<std::uint64_t>(0) : std::nullopt;
 }
 
-void set_disk_unreadable(bool is_unreadable) { disk->is_unreadable = is_unreadable; }
+void set_disk_unreadable(bool is_unreadable) {
+  if (is_unreadable) {
+    count_fault(Fault::kDiskUnreadable);
+  }
+  disk->is_unreadable = is_unreadable;
+}
 
 std::uint64_t disk_operations() { return disk->operations; }
 

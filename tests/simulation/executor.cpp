@@ -12,6 +12,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "tests/simulation/faults.h"
 #include "tests/simulation/real.h"
 
 namespace simulation {
@@ -43,6 +44,7 @@ struct State {
   Schedule schedule;
   Random random;
   Nanoseconds now;
+  Nanoseconds jumped = 0;
   std::vector<std::unique_ptr<Thread>> threads;
   std::size_t started = 0;
 };
@@ -158,7 +160,11 @@ void begin(Schedule schedule) {
 
 bool is_simulated() { return me != nullptr; }
 Nanoseconds now() { return state->now; }
-Nanoseconds unix_now() { return kUnixStart + state->now; }
+Nanoseconds unix_now() { return kUnixStart + state->now + state->jumped; }
+void jump_clock(Nanoseconds by) {
+  count_fault(Fault::kClockJumped);
+  state->jumped += by;
+}
 Random& randomness() { return state->random; }
 
 Undisturbed::Undisturbed() {
@@ -208,6 +214,7 @@ void pass() {
   }
   const double draw = state->random.uniform();
   if (draw < state->schedule.stall) {
+    count_fault(Fault::kStalled);
     sleep_for(static_cast<Nanoseconds>(state->random.exponential(kStallMean)));
   } else if (draw < state->schedule.stall + state->schedule.preempt) {
     give_turn();

@@ -57,6 +57,8 @@ bool is_simulated();
 Nanoseconds now();
 /// The time since 1970 that the server reads.
 Nanoseconds unix_now();
+/// Sets that clock forward or back.
+void jump_clock(Nanoseconds by);
 Random& randomness();
 void sleep_for(Nanoseconds time);
 /// No other thread goes on while an object of this class lives, unless this thread waits.

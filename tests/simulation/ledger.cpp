@@ -65,7 +65,26 @@ void Ledger::apply(const std::string& line) {
     in >> kind >> samples >> digests_[{kind, samples}];
     return;
   }
+  if (verb == "faults") {
+    std::uint64_t times = 0;
+    for (std::string kind; in >> kind >> times;) {
+      counts_["fault " + kind] += times;
+    }
+    return;
+  }
+  if (verb == "ask-compare") {  // Until it is acknowledged, an older one may be forgotten for it.
+    compared_.erase(tenant);
+    return;
+  }
+  if (verb == "ok-compare") {
+    std::string body;
+    in >> id;
+    std::getline(in >> std::ws, body);
+    compared_[tenant] = {id, body};
+    return;
+  }
   if (verb == "fresh") {
+    compared_.clear();
     jobs_.clear();
     keys_.clear();
     return;

@@ -46,6 +46,8 @@ class Ledger {
 
   std::map<std::string, KnownJob>& jobs() { return jobs_; }
   const std::map<std::string, KnownKey>& keys() const { return keys_; }
+  /// Id and body of each tenant's newest comparison, if that was acknowledged.
+  const std::map<int, std::pair<std::string, std::string>>& compared() const { return compared_; }
   /// Digest of an undisturbed film; empty: unknown.
   std::string digest(int kind, int samples) const;
   /// Returns the last lines of the trace.
@@ -63,6 +65,7 @@ class Ledger {
   std::int64_t time_ = 0;
   std::map<std::string, KnownJob> jobs_;
   std::map<std::string, KnownKey> keys_;
+  std::map<int, std::pair<std::string, std::string>> compared_;
   std::map<std::pair<int, int>, std::string> digests_;
   std::map<std::string, std::uint64_t> counts_;
 };

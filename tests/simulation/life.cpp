@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -16,25 +17,15 @@
 
 #include "api/job/job_spec.h"
 #include "api/json/error_codes.h"
-#include "server/auth/key_ring.h"
-#include "server/config/live_config.h"
-#include "server/jobs/job_service.h"
-#include "server/observe/log.h"
-#include "server/observe/memory_gate.h"
-#include "server/observe/metrics.h"
-#include "server/scenes/scene_service.h"
-#include "server/store/assets.h"
-#include "server/store/blob_store.h"
-#include "server/store/data_dir.h"
-#include "server/store/database.h"
-#include "server/store/job_table.h"
-#include "server/store/key_table.h"
-#include "server/store/scene_table.h"
-#include "server/store/storage_quota.h"
+#include "core/compare/comparison.h"
 #include "server/store/uuid.h"
 #include "tests/simulation/broker.h"
+#include "tests/simulation/comparisons.h"
 #include "tests/simulation/disk.h"
+#include "tests/simulation/faults.h"
 #include "tests/simulation/model.h"
+#include "tests/simulation/server.h"
+#include "tests/simulation/watch.h"
 #include "tests/simulation/workers.h"
 
 namespace simulation {
@@ -44,7 +35,6 @@ using api::JobState;
 using server::Access;
 using server::JobPointer;
 
-constexpr int kTenants = 4;
 constexpr std::size_t kJobsOfTenant = 10;
 /// Nothing fails from this time of a shift on, and clients only wait for their jobs.
 constexpr Nanoseconds kCalm = kShift - kHour;
@@ -62,8 +52,10 @@ constexpr std::string_view kHaze = R"("medium": {"scattering": [0.1, 0.1, 0.1]},
   "estimator": {"splitting": {"type": "none"}}, )";
 constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1},
                                Kind{kPath, kHaze, 33, 1}, Kind{R"("direct")", "", 2, 2}};
-/// Scenes load faster, if they do at all; slow threads and disks included.
-constexpr Nanoseconds kLoadMost = 300 * kSecond;
+/// Most time that a client follows a job.
+constexpr Nanoseconds kWatchMost = 120 * kSecond;
+/// A clock that is set is wrong by up to a day.
+constexpr Nanoseconds kJumpMost = 24 * kHour;
 constexpr double kWorkers = 0.15;   ///< Share of the lives in which workers render.
 constexpr double kLastKind = 0.02;  ///< With the real renderer.
 constexpr std::array kSamples = {2, 4, 8, 16, 32};
@@ -83,80 +75,15 @@ std::string draw_job(Random& random) {
          " " + std::to_string(kSamples[random.below(kSamples.size() - 1)]);
 }
 
-/// The server without HTTP.
-struct Server {
-  server::Log log{server::LogLevel::kOff};
-  server::Metrics metrics;
-  std::optional<server::DataDir> data;
-  std::unique_ptr<server::Database> database;
-  std::optional<server::BlobStore> blobs;
-  std::optional<server::Assets> assets;
-  std::optional<server::JobTable> table;
-  std::optional<server::KeyTable> key_table;
-  server::LiveConfig config{server::Config{}};
-  std::optional<server::KeyRing> keys;
-  std::optional<server::SceneTable> scene_table;
-  std::optional<server::StorageQuota> quota;
-  std::optional<server::MemoryGate> memory;
-  std::optional<server::SceneService> scenes;
-  std::optional<server::JobService> jobs;
-  std::int64_t run = 0;
-
-  /// Opens the data directory. Returns what failed; empty: nothing.
-  std::string open(const std::string& path) {
-    auto opened_data = server::DataDir::open(path);
-    if (!opened_data) {
-      return opened_data.error().message;
-    }
-    data.emplace(*std::move(opened_data));
-    auto opened = server::Database::open(data->database_path());
-    if (!opened) {
-      return opened.error().message;
-    }
-    database = *std::move(opened);
-    auto store = server::BlobStore::open(data->assets_path());
-    if (!store) {
-      return store.error().message;
-    }
-    blobs.emplace(*std::move(store));
-    assets.emplace(*database, *blobs);
-    table.emplace(*database);
-    key_table.emplace(*database);
-    scene_table.emplace(*database);
-    quota.emplace(*database, server::StorageLimits{});
-    return "";
-  }
-
-  /// Resumes the jobs, likewise. workers: their seed; empty: there are none.
-  std::string start(std::uint64_t memory_bytes, std::optional<std::uint64_t> workers) {
-    memory.emplace(memory_bytes);
-    scenes.emplace(*assets, *scene_table, *quota, *memory, server::SceneServiceOptions{});
-    const auto number = table->next_run();
-    if (!number) {
-      return number.error().message;
-    }
-    run = *number;
-    server::JobServiceOptions options;
-    options.threads = 2;
-    options.book.running_max = 3;
-    if (workers) {
-      options.queue = start_broker(*workers);
-      options.work = Workers::options(*workers);
-      options.render_threads = options.work.has_local_threads ? 1 : 0;
-    }
-    jobs.emplace(server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory},
-                 options, run);
-    const auto resumed = jobs->resume();
-    return resumed ? "" : resumed.error().message;
-  }
-};
-
 /// A life as its threads see it.
 class World {
  public:
   World(const Life& life, Ledger& ledger) : life_(life), ledger_(ledger) {}
 
   [[noreturn]] void end(Ending ending) {
+    if (const std::string faults = fault_counts(); !faults.empty()) {
+      ledger_.note(0, "faults " + faults);
+    }
     ledger_.note(0, "end " + std::to_string(static_cast<int>(ending)) + " operations " +
                         std::to_string(disk_operations()));
     ::_exit(static_cast<int>(ending));
@@ -181,6 +108,8 @@ class World {
     return *std::move(request);
   }
   void submit(int tenant, const std::string& id);
+  void watch(const std::string& id, const JobPointer& job, Random& random);
+  void compare(int tenant, const std::string& id, const JobPointer& job);
   /// Cancels the job; then, perhaps, removes it and uses its id again.
   void cancel(int tenant, const std::string& id, const JobPointer& job, Random& random);
   /// Returns the job if it is there; checks that it is as it was acknowledged.
@@ -201,6 +130,7 @@ class World {
   void check_keys(bool is_unreadable);
   void use_keys(Random& random);
   void settle(int tenant);
+  void cancel_hanging(int tenant, const std::vector<std::string>& resumed);
   void check_rest();
 
   const Life& life_;
@@ -208,6 +138,7 @@ class World {
   Server server_;
   std::uint64_t memory_bytes_ = 0;
   double think_seconds_ = 120;
+  bool may_stall_ = false;
   std::optional<Nanoseconds> stop_at_;
   bool is_full_ = false;
   bool was_full_ = false;  ///< Some events are in memory only.
@@ -215,6 +146,7 @@ class World {
   std::optional<std::uint64_t> workers_seed_;  ///< Empty: there are no workers.
   std::optional<Workers> workers_;
   bool is_broker_up_ = true;
+  std::set<std::string> paused_;  ///< Ids of jobs that this process was asked to pause.
   std::vector<bool> is_settled_ = std::vector<bool>(kTenants + 1, false);
 };
 
@@ -239,14 +171,16 @@ void World::begin(bool is_quick) {
     faults.end_at = 1 + static_cast<std::uint64_t>(random.exponential(mean));
   }
   if (life_.is_faulty && random.chance(0.1)) {
-    stop_at_ = life_.start + static_cast<Nanoseconds>(random.uniform() * 5 * 3600) * kSecond;
+    stop_at_ = life_.start + static_cast<Nanoseconds>(random.exponential(0.5 * kHour));
   }
   if (!is_quick && random.chance(kWorkers)) {
     workers_seed_ = random.next();
     // Three honest workers that stand still would fail a job.
     schedule.stall = 0;
   }
+  may_stall_ = schedule.stall > 0;
   faults.end = [this, power = faults.loses_power] {
+    count_fault(power ? Fault::kPowerLost : Fault::kKilled);
     end(power ? Ending::kPowerLost : Ending::kKilled);
   };
   simulation::begin(std::move(schedule));
@@ -261,6 +195,7 @@ void World::start() {
     if (damage.empty()) {
       fail("a damaged log was not noticed");
     }
+    count_fault(Fault::kLogDamaged);
     end(Ending::kStopped);
   }
   if (!failed.empty()) {
@@ -488,7 +423,51 @@ void World::cancel(int tenant, const std::string& id, const JobPointer& job, Ran
   }
 }
 
+void World::watch(const std::string& id, const JobPointer& job, Random& random) {
+  const Nanoseconds until = now() + static_cast<Nanoseconds>(random.uniform() * kWatchMost);
+  const std::string wrong =
+      random.chance(0.5)
+          ? watch_events(job, until)
+          : watch_tiles({*server_.jobs, *server_.denoising, server_.frames, server_.streams}, job,
+                        until);
+  if (!wrong.empty()) {
+    fail("a client of job " + id + ": " + wrong);
+  }
+}
+
+void World::compare(int tenant, const std::string& id, const JobPointer& job) {
+  const auto film = server_.jobs->films().final_film(*job, {});
+  if (job->state() != JobState::kFinished || !film) {
+    return;
+  }
+  const core::Picture picture = core::picture_of((*film)->snapshot());
+  const auto compared = core::compare_pictures(picture, picture);
+  if (!compared || compared->mse != 0) {
+    fail("the film of job " + id + " differs from itself");
+  }
+  const std::string own = server::make_uuid();
+  const std::string body = "film " + (*film)->digest();
+  ask(tenant, "compare", own);
+  const Comparisons::Stored stored = server_.comparisons->store(access_name(tenant), own, body);
+  if (stored.starved > 0 && !may_stall_) {
+    fail("a comparison waited " + std::to_string(stored.starved / kSecond) +
+         " s for those of one other tenant");
+  }
+  if (stored.is_stored) {
+    ledger_.note(tenant, "ok-compare " + own + " " + body);
+  }
+}
+
 void World::act(int tenant, Random& random) {
+  if (const auto compared = ledger_.compared().find(tenant); compared != ledger_.compared().end()) {
+    const auto& [own, body] = compared->second;
+    if (server_.comparisons->find(own, Access::of(access_name(tenant))) != body) {
+      fail("comparison " + own + " is lost or has changed");
+    }
+    if (!server_.comparisons->find(own, Access::of(access_name(tenant % kTenants + 1))).empty()) {
+      fail("another tenant sees comparison " + own);
+    }
+  }
   const std::vector<std::string> ids = ids_of(tenant);
   if (ids.size() < 2 || (ids.size() < kJobsOfTenant && random.chance(0.3))) {
     const std::string id = server::make_uuid();
@@ -498,6 +477,10 @@ void World::act(int tenant, Random& random) {
       sleep_for(static_cast<Nanoseconds>(random.exponential(0.05 * kSecond)));
       if (const JobPointer job = look(tenant, id)) {
         cancel(tenant, id, job, random);
+      }
+    } else if (random.chance(0.4)) {
+      if (const JobPointer job = look(tenant, id)) {
+        watch(id, job, random);
       }
     }
     return;
@@ -515,7 +498,7 @@ void World::act(int tenant, Random& random) {
                 jobs.patch(job, body, std::nullopt, Access::of(access_name(tenant))));
   };
   const bool has_ended = api::is_final(job->state());
-  switch (random.below(has_ended ? 4 : 6)) {
+  switch (random.below(has_ended ? 6 : 7)) {
     case 0:
       if (has_ended) {
         check_film(id, job);
@@ -535,19 +518,50 @@ void World::act(int tenant, Random& random) {
         ask(tenant, "remove", id);
         note_answer(tenant, "remove", id, jobs.remove(job));
       } else {
+        paused_.insert(id);
         patch("pause", R"({"paused": true})");
       }
       break;
     case 3:
       cancel(tenant, id, job, random);
       break;
+    case 4:
+      if (has_ended) {
+        compare(tenant, id, job);
+        break;
+      }
+      [[fallthrough]];
+    case 5:
+      if (has_ended) {
+        watch(id, job, random);
+        break;
+      }
+      [[fallthrough]];
     default:
+      if (random.chance(0.5)) {
+        watch(id, job, random);
+        break;
+      }
       patch("resume", R"({"paused": false})");
       break;
   }
 }
 
-/// Cancels the tenant's jobs that do not load, resumes the others and waits until all have ended.
+/// Cancels the tenant's jobs whose scenes may be among those that do not load. resumed: jobs that
+/// were paused, which may load although they are queued.
+void World::cancel_hanging(int tenant, const std::vector<std::string>& resumed) {
+  for (const std::string& id : ids_of(tenant)) {
+    const JobPointer job = look(tenant, id);
+    const bool was_paused = std::find(resumed.begin(), resumed.end(), id) != resumed.end();
+    if (job &&
+        (job->state() == JobState::kLoading || (was_paused && job->state() == JobState::kQueued))) {
+      ask(tenant, "cancel", id);
+      note_answer(tenant, "cancel", id, server_.jobs->cancel(job));
+    }
+  }
+}
+
+/// Resumes the tenant's jobs and waits until all have ended; cancels those that would never load.
 void World::settle(int tenant) {
   // A job that was paused while its scene loads goes on loading, and is queued when it is resumed.
   std::vector<std::string> resumed;
@@ -560,15 +574,8 @@ void World::settle(int tenant) {
                                       Access::of(access_name(tenant))));
     }
   }
-  sleep_for(kLoadMost);
-  for (const std::string& id : ids_of(tenant)) {
-    const JobPointer job = look(tenant, id);
-    const bool was_paused = std::find(resumed.begin(), resumed.end(), id) != resumed.end();
-    if (job &&
-        (job->state() == JobState::kLoading || (was_paused && job->state() == JobState::kQueued))) {
-      ask(tenant, "cancel", id);
-      note_answer(tenant, "cancel", id, server_.jobs->cancel(job));
-    }
+  for (; hanging_loads() > 0; sleep_for(10 * kSecond)) {
+    cancel_hanging(tenant, resumed);
   }
   for (const std::string& id : ids_of(tenant)) {
     for (bool has_ended = false; !has_ended;) {
@@ -611,7 +618,8 @@ void World::play_tenant(int tenant) {
     // Several requests often follow each other at once.
     sleep_for(static_cast<Nanoseconds>(random.chance(0.5)
                                            ? random.exponential(0.01 * kSecond)
-                                           : random.exponential(2 * think_seconds_ * kSecond)));
+                                           : random.exponential(2 * think_seconds_ * kSecond)) /
+              (is_full_ ? 10 : 1));
     act(tenant, random);
   }
   settle(tenant);
@@ -644,7 +652,7 @@ void World::operate(Random& random) {
   }
   const bool is_faulty = life_.is_faulty && !is_calm();
   get_stuck_sometimes(is_faulty);
-  if (is_full_ ? !is_faulty || random.chance(0.05) : is_faulty && random.chance(0.001)) {
+  if (is_full_ ? !is_faulty || random.chance(0.05) : is_faulty && random.chance(0.004)) {
     is_full_ = !is_full_;
     was_full_ = true;
     ledger_.note(0, is_full_ ? "disk-full" : "disk-freed");
@@ -652,8 +660,14 @@ void World::operate(Random& random) {
   }
   if (is_draining_ ? !is_faulty || random.chance(0.1) : is_faulty && random.chance(0.0005)) {
     is_draining_ = !is_draining_;
+    if (is_draining_) {
+      count_fault(Fault::kDrained);
+    }
     ledger_.note(0, is_draining_ ? "drain" : "drain-ends");
     server_.jobs->set_draining(is_draining_);
+  }
+  if (is_faulty && random.chance(0.005)) {
+    jump_clock(static_cast<Nanoseconds>((2 * random.uniform() - 1) * kJumpMost));
   }
   if (random.chance(0.02)) {
     use_keys(random);
@@ -678,6 +692,13 @@ void World::play() {
   for (int tenant = 1; tenant <= kTenants; ++tenant) {
     tenants.emplace_back([this, tenant] { play_tenant(tenant); });
   }
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    tenants.emplace_back([this, seed = life_.seed * 6151 + life_.number * 2 + i] {
+      for (Random draws(seed); !is_calm();) {
+        server_.comparisons->flood(draws);
+      }
+    });
+  }
   const Nanoseconds shift_end = (life_.start / kShift + 1) * kShift - kSecond;
   const auto are_settled = [this] {
     return std::find(is_settled_.begin() + 1, is_settled_.end(), false) == is_settled_.end();
@@ -685,6 +706,7 @@ void World::play() {
   while (!are_settled()) {
     if (stop_at_ && now() >= *stop_at_ && !is_calm()) {
       server_.jobs->stop();
+      count_fault(Fault::kStopped);
       end(Ending::kStopped);
     }
     operate(random);
@@ -699,8 +721,11 @@ void World::play() {
   if (workers_) {
     workers_->stop();
     sleep_for(kSecond);
+    const auto was_interrupted = [this](const server::Job& job) {
+      return was_full_ || paused_.count(job.id()) > 0;
+    };
     ledger_.note(0, "workers " + workers_->counts());
-    if (const std::string words = workers_->check_rest(); !words.empty()) {
+    if (const std::string words = workers_->check_rest(was_interrupted); !words.empty()) {
       fail(words);
     }
   }

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "tests/simulation/damage.h"
+#include "tests/simulation/faults.h"
 #include "tests/simulation/life.h"
 #include "tests/simulation/model.h"
 
@@ -31,11 +32,11 @@ using simulation::Life;
 
 constexpr const char* kUsage =
     "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--trace] [--twice]\n"
-    "                  [--real] [--fresh SECONDS]\n";
+    "                  [--real] [--fresh SECONDS] [--faults]\n";
 /// Real time after which a life counts as stuck.
 constexpr unsigned kStuckSeconds = 300;
 /// Chances of a flipped bit at each start.
-constexpr double kLogDamage = 0.02;
+constexpr double kLogDamage = 0.2;
 constexpr double kFilmDamage = 0.1;
 
 struct Options {
@@ -45,7 +46,8 @@ struct Options {
   double fresh_seconds = 0;  ///< Seeds that follow from the time are played for so long; 0: not.
   bool trace = false;
   bool twice = false;
-  bool real = false;  ///< The real renderer renders, which takes longer.
+  bool faults = false;  ///< Every kind of fault must happen once a day on average.
+  bool real = false;    ///< The real renderer renders, which takes longer.
 };
 
 /// Prints where the process died, and dies.
@@ -98,12 +100,29 @@ void damage(Life& life, Ledger& ledger) {
   if (!life.expects_damage && random.chance(kFilmDamage)) {
     if (const std::string job = simulation::damage_film(data, random); !job.empty()) {
       ledger.note(0, "damaged " + job);
+      ledger.note(0, "faults film-damaged 1");
     }
   }
 }
 
-/// Returns whether every invariant holds.
-bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem::path& folder) {
+using FaultCounts = std::array<std::uint64_t, simulation::kFaultNames.size()>;
+
+/// Prints how often each kind of fault happened. Returns whether each did once a day.
+bool check_faults(const FaultCounts& counts, double days) {
+  bool is_fine = true;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const bool is_rare = static_cast<double>(counts[i]) < days;
+    std::printf("%8llu %s%s\n", static_cast<unsigned long long>(counts[i]),
+                std::string(simulation::kFaultNames[i]).c_str(),
+                is_rare ? ": less than once a day" : "");
+    is_fine = is_fine && !is_rare;
+  }
+  return is_fine;
+}
+
+/// Returns whether every invariant holds. faults: counts what happened.
+bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem::path& folder,
+               FaultCounts& faults) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder / "disk");
   Ledger ledger((folder / "trace").string());
@@ -128,6 +147,9 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
       ledger.note(0, "fresh");
     }
     damage(life, ledger);
+  }
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    faults[i] += ledger.count("fault " + std::string(simulation::kFaultNames[i]));
   }
   if (!is_fine) {
     std::printf("seed %llu, life %llu: %s\n", static_cast<unsigned long long>(seed),
@@ -180,6 +202,8 @@ int main(int count, char** arguments) {
     } else if (name == "--real") {
       options.real = true;
       simulation::render_really();
+    } else if (name == "--faults") {
+      options.faults = true;
     } else if (name == "--twice") {
       options.twice = true;
     } else if (name == "--seed" && value != nullptr) {
@@ -201,17 +225,20 @@ int main(int count, char** arguments) {
   const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
                       ("tessera-simulation-" + std::to_string(::getpid()));
   std::uint64_t failed = 0;
+  FaultCounts faults{};
+  std::uint64_t played = 0;
   const auto start = std::chrono::steady_clock::now();
-  const auto goes_on = [&](std::uint64_t played) {
+  const auto goes_on = [&](std::uint64_t seeds) {
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-    return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds
-                                     : played < options.seeds;
+    return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds : seeds < options.seeds;
   };
   for (std::uint64_t i = 0; failed == 0 && goes_on(i); ++i) {
-    failed += play_seed(options.seed + i, options, folder) ? 0U : 1U;
+    failed += play_seed(options.seed + i, options, folder, faults) ? 0U : 1U;
+    ++played;
     if (options.twice && failed == 0) {
       const auto lines = Ledger((folder / "trace").string()).last_lines(SIZE_MAX);
-      failed += play_seed(options.seed + i, options, folder) ? 0U : 1U;
+      failed += play_seed(options.seed + i, options, folder, faults) ? 0U : 1U;
+      ++played;
       if (lines != Ledger((folder / "trace").string()).last_lines(SIZE_MAX)) {
         std::puts("the same seed gave another trace");
         ++failed;
@@ -219,5 +246,9 @@ int main(int count, char** arguments) {
     }
   }
   std::filesystem::remove_all(folder);
+  if (options.faults && failed == 0 &&
+      !check_faults(faults, options.days * static_cast<double>(played))) {
+    ++failed;
+  }
   return failed == 0 ? 0 : 1;
 }

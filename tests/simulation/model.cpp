@@ -15,6 +15,7 @@
 #include "core/render/task/settle.h"
 #include "core/samplers/hash.h"
 #include "tests/simulation/executor.h"
+#include "tests/simulation/faults.h"
 
 namespace simulation {
 namespace {
@@ -26,6 +27,7 @@ constexpr double kNeverLoads = 0.01;
 
 bool is_real = false;
 bool is_stuck_sometimes = false;
+int hanging = 0;
 
 /// Of the seed, the pixel and the sample, in [0, 1).
 float value_at(std::uint64_t seed, int x, int y, int sample) {
@@ -97,9 +99,12 @@ core::Result<std::string> settle(View& view, const core::StopRules& rules,
     return real_settle(view, rules, stop);
   }
   if (is_stuck_sometimes && randomness().chance(kNeverLoads)) {
+    count_fault(Fault::kLoadHangs);
+    ++hanging;
     while (!stop.stop_requested()) {
       sleep_for(kSecond);
     }
+    --hanging;
     return core::Error{core::ErrorCode::kCancelled, "stopped while measuring", ""};
   }
   view.measured = core::Measured{};
@@ -109,5 +114,6 @@ core::Result<std::string> settle(View& view, const core::StopRules& rules,
 void render_really() { is_real = true; }
 void get_stuck_sometimes(bool is_stuck) { is_stuck_sometimes = is_stuck; }
 bool renders_really() { return is_real; }
+int hanging_loads() { return hanging; }
 
 }  // namespace simulation

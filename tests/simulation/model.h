@@ -10,5 +10,7 @@ void render_really();
 bool renders_really();
 /// Whether some scenes load until they are stopped; not with the real renderer.
 void get_stuck_sometimes(bool is_stuck);
+/// Number of loads that wait to be stopped.
+int hanging_loads();
 
 }  // namespace simulation

@@ -3,14 +3,17 @@
 if(TARGET server_lib AND NOT TESSERA_SANITIZE)
   add_executable(simulation
     simulation/broker.cpp
+    simulation/comparisons.cpp
     simulation/damage.cpp
     simulation/disk.cpp
     simulation/executor.cpp
+    simulation/faults.cpp
     simulation/ledger.cpp
     simulation/life.cpp
     simulation/machine.cpp
     simulation/main.cpp
     simulation/model.cpp
+    simulation/watch.cpp
     simulation/workers.cpp)
   set_target_properties(simulation PROPERTIES ENABLE_EXPORTS ON)
   target_link_options(simulation PRIVATE  # tests/simulation/model.cpp

@@ -1,17 +1,20 @@
 #include "tests/simulation/workers.h"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <span>
 #include <thread>
 #include <type_traits>
 #include <utility>
 
+#include "clients/worker/pauses.h"
 #include "core/render/picture/renderer.h"
 #include "core/render/units/unit_renderer.h"
 #include "server/jobs/render_run.h"
 #include "server/store/uuid.h"
 #include "tests/simulation/broker.h"
+#include "tests/simulation/faults.h"
 
 namespace simulation {
 
@@ -29,16 +32,11 @@ constexpr double kLoss = 0.01;
 constexpr double kDoubling = 0.1;
 constexpr double kTravelMean = 0.02 * kSecond;
 constexpr Nanoseconds kTimeout = 5 * kSecond;
-/// As in clients/worker/worker.cpp.
-constexpr Nanoseconds kAskAgain = kSecond / 5;
-constexpr Nanoseconds kReportEvery = 2 * kSecond;
+constexpr Nanoseconds kAskAgain = std::chrono::nanoseconds(cli::kAskAgain).count();
 /// Chance per report that the network fails, and for how long at most it does for honest workers.
 constexpr double kCut = 0.002;
 constexpr double kCutMost = kLeaseSeconds / 3 * kSecond;
 constexpr double kGoneMean = 60.0 * kSecond;
-/// Wrong results that were taken, after which the worker must have been found out: the jobs of some
-/// are cancelled before.
-constexpr int kLiesMost = 20;
 
 std::vector<Character> draw_characters(Random& random) {
   std::vector<Character> characters = {Character::kHonest, Character::kHonest};
@@ -70,7 +68,8 @@ class Worker {
     reports_.join();
   }
   const std::string& id() const { return id_; }
-  int lies() const { return lies_; }
+  /// The jobs of which wrong results of it were taken.
+  const std::vector<server::JobPointer>& victims() const { return victims_; }
 
  private:
   /// Returns the answer to a request; empty: one of the two was lost.
@@ -81,6 +80,7 @@ class Worker {
     }
     auto answer = request();
     if (!is_calm_() && random_.chance(kDoubling)) {
+      count_fault(Fault::kRequestDoubled);
       static_cast<void>(request());
     }
     if (!travels()) {
@@ -91,6 +91,7 @@ class Worker {
   bool travels() {
     sleep_for(static_cast<Nanoseconds>(random_.exponential(kTravelMean)));
     if (now() < cut_until_ || (!is_calm_() && random_.chance(kLoss))) {
+      count_fault(Fault::kRequestLost);
       sleep_for(kTimeout);
       return false;
     }
@@ -121,7 +122,8 @@ class Worker {
   std::optional<UnitMessage> held_;
   Nanoseconds since_ = 0;  ///< Start of that unit.
   bool is_dropped_ = false;
-  int lies_ = 0;
+  server::JobPointer job_;  ///< Of that unit.
+  std::vector<server::JobPointer> victims_;
   /// A result that the network delivers again later.
   std::function<void()> late_;
   std::thread reports_;
@@ -132,10 +134,12 @@ void Worker::cut_network() {
   if (is_calm_() || now() < cut_until_ || !random_.chance(kCut)) {
     return;
   }
+  count_fault(Fault::kNetworkCut);
   const bool is_long = character_ == Character::kFleeting;
   const double time = is_long ? random_.exponential(kGoneMean) : random_.uniform() * kCutMost;
   cut_until_ = now() + static_cast<Nanoseconds>(time);
   if (is_long && random_.chance(0.5)) {  // Its machine was restarted.
+    count_fault(Fault::kWorkerRestarted);
     id_ = server::make_uuid();
     is_dropped_ = true;
   }
@@ -158,7 +162,11 @@ void Worker::report() {
       is_dropped_ =
           is_dropped_ || std::find(dropped.begin(), dropped.end(), held_->unit) != dropped.end();
     }
-    await_report_request(id_, now() + kReportEvery);
+    const auto pause =
+        orders && *orders
+            ? static_cast<Nanoseconds>((*orders)->report_seconds * static_cast<double>(kSecond))
+            : kAskAgain;
+    await_report_request(id_, now() + pause);
   }
 }
 
@@ -206,6 +214,7 @@ void Worker::do_unit(const UnitMessage& message) {
 
 core::Result<std::string> Worker::render(const std::string& unit, const std::string& input) {
   if (character_ == Character::kSick) {
+    count_fault(Fault::kWorkerSick);
     return core::Error{ErrorCode::kNoSpace, "No space left on device", ""};
   }
   auto work = core::decode_work(input, core::WorkPart::kInput);
@@ -217,6 +226,7 @@ core::Result<std::string> Worker::render(const std::string& unit, const std::str
   if (!run) {
     return core::Error{ErrorCode::kNotFound, "the job is gone", ""};
   }
+  job_ = *job;
   const auto renderer = core::Renderer::create(run->task().renderer().view());
   if (!renderer) {
     return renderer.error();
@@ -235,8 +245,12 @@ core::Status Worker::deliver(const std::string& unit, const std::string& result)
   while (!is_dropped_) {
     const auto taken = carry([&] { return board_.take(unit, from, result); });
     if (taken && (*taken || taken->error().code != ErrorCode::kUnavailable)) {
-      lies_ += character_ == Character::kLiar && *taken ? 1 : 0;
+      if (character_ == Character::kLiar && *taken) {
+        count_fault(Fault::kWorkerLied);
+        victims_.push_back(job_);
+      }
       if (random_.chance(kDoubling)) {
+        count_fault(Fault::kResultLate);
         late_ = [this, unit, from, result] {
           static_cast<void>(carry([&] { return board_.take(unit, from, result); }));
         };
@@ -280,7 +294,8 @@ void Workers::stop() {
   }
 }
 
-std::string Workers::check_rest() const {
+std::string Workers::check_rest(
+    const std::function<bool(const server::Job&)>& was_interrupted) const {
   const WorkBoard::Counts counts = board_.counts();
   if (counts.open != 0) {
     return "at rest " + std::to_string(counts.open) + " units are open";
@@ -290,11 +305,16 @@ std::string Workers::check_rest() const {
   for (const auto& worker : workers_) {
     const auto view = std::find_if(views.begin(), views.end(),
                                    [&](const auto& each) { return each.id == worker->id(); });
-    if (worker->lies() >= kLiesMost && (view == views.end() || view->state != "suspended")) {
-      return "a worker whose " + std::to_string(worker->lies()) +
-             " wrong results were taken is not suspended";
+    // Each unit is verified before its job finishes.
+    const auto& victims = worker->victims();
+    const bool was_compared =
+        std::any_of(victims.begin(), victims.end(), [&](const server::JobPointer& job) {
+          return job->state() == api::JobState::kFinished && !was_interrupted(*job);
+        });
+    if (was_compared && (view == views.end() || view->state != "suspended")) {
+      return "a worker whose wrong result was compared is not suspended";
     }
-    liars += worker->lies() > 0 ? 1U : 0U;
+    liars += victims.empty() ? 0U : 1U;
   }
   if (counts.suspended > liars) {
     return "an honest worker is suspended";

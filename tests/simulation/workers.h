@@ -31,8 +31,9 @@ class Workers {
   static server::WorkOptions options(std::uint64_t seed);
   /// Lets all end what they do. Pre: it is calm.
   void stop();
-  /// Returns what does not hold; empty: everything holds. Pre: stopped, and every job has ended.
-  std::string check_rest() const;
+  /// Returns what does not hold; empty: everything holds. was_interrupted: whether units of the job
+  /// may have been given up before they were compared. Pre: stopped, and every job has ended.
+  std::string check_rest(const std::function<bool(const server::Job&)>& was_interrupted) const;
   /// Results that were taken, units lent and the like, for the trace.
   std::string counts() const;
 

@@ -20,11 +20,13 @@ class LaneCatcher {
         scalar_(has_catcher(input.settings) ? std::make_unique<CatcherOf<Options>>(input)
                                             : nullptr),
         is_in_lanes_(scalar_ != nullptr && !scalar_->is_soft() &&
+                     !(input.settings.ground.reflection > 0) &&
                      Options(input.settings).candidates == 1) {}
 
   /// Null if there is no catcher.
   const CatcherOf<Options>* scalar() const { return scalar_.get(); }
-  /// Returns whether lanes continue paths on the catcher; else these leave them.
+  /// Returns whether lanes continue paths on the catcher; else these leave them: lanes do not keep
+  /// what its coat mirrors apart.
   bool is_in_lanes() const { return is_in_lanes_; }
 
   void begin(Wave& wave) const {

@@ -553,6 +553,20 @@ TEST(WaveProduct, RandomSettingsLookAsOnePathAtATime) {
   EXPECT_LE(count, times * kPixels / 800);
 }
 
+// The catcher's coat mirrors: what it adds and takes is not scaled by the shadow's strength.
+TEST(WaveProduct, CatchersThatReflectLookAsOnePathAtATime) {
+  int count = 0;
+  for (std::uint64_t seed = first_seed(); count < 8; ++seed) {
+    Setting one = setting(seed);
+    if (core::has_catcher(one.view.settings) && one.view.settings.ground.reflection > 0) {
+      ++count;
+      one.view.settings.film.width = one.view.settings.film.height = 3 * kSide;
+      EXPECT_LE(test_support::differing_pixels(one.view, 8, one.view, kSamples, 1), kPixelsMost)
+          << "seed " << seed << ": " << one.words;
+    }
+  }
+}
+
 /// Compares settings of one kind.
 void expect_as_one_path_at_a_time(Drawn drawn) {
   constexpr std::size_t kPixels = std::size_t{kSide} * kSide;

@@ -117,13 +117,13 @@ std::vector<BsdfCase> bsdf_cases() {
   p = rough(0.5F);
   p.transmission = 1;
   p.thin = false;
-  for (const float narrow : {0.01F, 0.16F}) {
-    const std::string tail = narrow < 0.1F ? "10" : "40";
+  for (const float narrow : {0.04F, 0.16F}) {
+    const std::string tail = narrow < 0.1F ? "20" : "40";
     p.alpha_x = 1;
     p.alpha_y = narrow;
     p.inside = false;
-    // The tables are within .02 of the albedos of these lobes, from which those of isotropic lobes
-    // of the same mean width differ by .05 outside and by .15 inside.
+    // The tables are within .015 of the albedos of these lobes, from which those of isotropic lobes
+    // of the same mean width differ by up to .05 outside and .09 inside (numerical integration).
     add("BrushedSolidGlassOutside" + tail, p, true, 0.02);
     p.inside = true;
     add("BrushedSolidGlassInside" + tail, p, true, 0.02);

@@ -1029,7 +1029,8 @@ export interface ErrorEstimate {
 export interface LightNotFound {
   /**
    * Light that neither the image nor the particles may have found, with the confidence, over the
-   * image's mean luminance; 1 for a black image.
+   * image's mean luminance; 1 for a black image. Above 1 the particles are too few for a view this
+   * small: nothing is known.
    */
   at_most: number;
   /**

@@ -172,7 +172,9 @@ int cancel(const Args& args) {
 }
 
 int retry(const Args& args) {
-  return change_verb("retry", "Queues failed jobs again; they resume from their last checkpoints.",
+  return change_verb("retry",
+                     "Queues failed jobs again, from their last checkpoints, and finished ones "
+                     "whose images may be wrong, from their beginning.",
                      args);
 }
 

@@ -9,6 +9,7 @@
 #include "api/answers/job_view.h"
 #include "api/json/error_codes.h"
 #include "api/json/values.h"
+#include "core/base/build_id.h"
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/layers/exposure.h"
@@ -89,7 +90,9 @@ core::Result<EncodedPicture> kept_picture(const RouteContext& context, const Job
 }  // namespace
 
 std::string kept_key(const api::JobView& view, std::string_view etag) {
-  return view.film_digest + std::string(etag);
+  // Stored images are not those of another build, whose encoders and curves may differ.
+  static const std::string build = core::linker_build_id();
+  return view.film_digest + std::string(etag) + build;
 }
 
 std::vector<std::string> tone_map_names() {

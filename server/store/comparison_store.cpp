@@ -179,21 +179,29 @@ Status ComparisonStore::insert(const Row& row, const ComparisonMaps& maps) {
   for (const auto& [name, content] : maps) {
     bytes += static_cast<std::int64_t>(content.size());
   }
+  std::vector<std::string> old;
   Status stored = write_maps(row.id, maps);
   if (stored) {
     const auto work = [&](Database::Session& session) -> Status {
-      Statement statement = session.prepare(
-          "INSERT INTO comparisons(id, body, bytes, created_at, tenant) VALUES(?,?,?,?,?)");
-      statement.bind(row.id).bind(row.body).bind(bytes).bind(row.created_at);
-      return statement.bind(row.tenant).run();
+      {
+        Statement statement = session.prepare(
+            "INSERT INTO comparisons(id, body, bytes, created_at, tenant) VALUES(?,?,?,?,?)");
+        statement.bind(row.id).bind(row.body).bind(bytes).bind(row.created_at);
+        if (auto inserted = statement.bind(row.tenant).run(); !inserted) {
+          return inserted;
+        }
+      }
+      return forget_oldest(session, old);
     };
     stored = database_.transact(work, Database::Spend::kFreeSpace);
   }
   if (!stored) {
-    remove_maps(row.id);
-    return stored;
+    old = {row.id};
   }
-  return forget_oldest();
+  for (const std::string& id : old) {
+    remove_maps(id);
+  }
+  return stored;
 }
 
 core::Result<std::string> ComparisonStore::find(std::string_view id, const Access& access) {
@@ -215,36 +223,28 @@ core::Result<std::string> ComparisonStore::find(std::string_view id, const Acces
   return body;
 }
 
-Status ComparisonStore::forget_oldest() {
-  std::vector<std::string> old;
-  const Status forgotten = database_.transact([&](Database::Session& session) -> Status {
-    {
-      Statement select =
-          session.prepare("SELECT id, bytes, tenant FROM comparisons ORDER BY sequence");
-      StorageUse use;
-      while (select.step()) {
-        use.add(select.text(0), select.integer(1), select.text(2));
-      }
-      if (auto status = select.status(); !status) {
-        return status;
-      }
-      while (use.count() > limits_.count || (use.count() > 1 && use.bytes() > limits_.bytes)) {
-        old.push_back(use.take_oldest_of_largest());
-      }
+Status ComparisonStore::forget_oldest(Database::Session& session, std::vector<std::string>& old) {
+  old.clear();
+  {
+    Statement select =
+        session.prepare("SELECT id, bytes, tenant FROM comparisons ORDER BY sequence");
+    StorageUse use;
+    while (select.step()) {
+      use.add(select.text(0), select.integer(1), select.text(2));
     }
-    for (const std::string& id : old) {
-      if (auto gone = session.prepare("DELETE FROM comparisons WHERE id=?").bind(id).run(); !gone) {
-        return gone;
-      }
+    if (auto status = select.status(); !status) {
+      return status;
     }
-    return core::ok_status();
-  });
-  if (forgotten) {
-    for (const std::string& id : old) {
-      remove_maps(id);
+    while (use.count() > limits_.count || (use.count() > 1 && use.bytes() > limits_.bytes)) {
+      old.push_back(use.take_oldest_of_largest());
     }
   }
-  return forgotten;
+  for (const std::string& id : old) {
+    if (auto gone = session.prepare("DELETE FROM comparisons WHERE id=?").bind(id).run(); !gone) {
+      return gone;
+    }
+  }
+  return core::ok_status();
 }
 
 }  // namespace server

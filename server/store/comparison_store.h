@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 #include "server/access.h"
@@ -52,7 +53,8 @@ class ComparisonStore {
  private:
   core::Status write_maps(const std::string& id, const ComparisonMaps& maps) const;
   void remove_maps(const std::string& id) const;
-  core::Status forget_oldest();
+  /// Also returns the ids of comparisons whose maps are to be removed once this is committed.
+  core::Status forget_oldest(Database::Session& session, std::vector<std::string>& old);
 
   Database& database_;
   const DataDir& data_;

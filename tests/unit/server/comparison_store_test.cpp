@@ -87,6 +87,24 @@ TEST_F(Comparisons, OfATenantThatMakesManyReplaceNoOthers) {
   }
 }
 
+TEST_F(Comparisons, AreNotStoredIfTheOldestCannotBeRemoved) {
+  ComparisonStore comparisons = store({.count = 1});
+  ASSERT_TRUE(comparisons.insert(row(1, "{}"), {{"z.png", "z"}}));
+  const auto refuse = [](Database::Session& session) {
+    return session
+        .prepare(
+            "CREATE TRIGGER full BEFORE DELETE ON comparisons "
+            "BEGIN SELECT RAISE(ABORT, 'the disk is full'); END")
+        .run();
+  };
+  ASSERT_TRUE(database->transact(refuse));
+  EXPECT_FALSE(comparisons.insert(row(2, "{}"), {{"z.png", "z"}}));
+  EXPECT_FALSE(comparisons.find(id(2), Access::of("me")));
+  EXPECT_FALSE(has_maps(2));
+  EXPECT_TRUE(comparisons.find(id(1), Access::of("me")));
+  EXPECT_TRUE(has_maps(1));
+}
+
 TEST_F(Comparisons, ReportsAndDropsComparisonsThatCannotBeWritten) {
   ComparisonStore comparisons = store({});
   std::filesystem::remove_all(data->comparisons_path());

@@ -7,7 +7,7 @@
 ///
 /// Of glass, the difference from the albedo of the isotropic lobe with mean_roughness(), which is
 /// smoother: within .007 (rms) of the integrals, and .002 too low on average inside lobes of widths
-/// 1 and .01 to .16, so that a ball of them makes 1 to 2 % light.
+/// 1 and .01 to .16, so that a ball of them makes 1 to 2% light.
 #pragma once
 
 #include <type_traits>
@@ -121,7 +121,7 @@ struct AnisotropyOf {
     const Between at[] = {{roughness, kNodes[0]}, {strength, kNodes[1]}};
     return albedo_detail::value_at(&kAnisotropicAlbedoTables.average[0][0], at, kNodes, 0);
   }
-  /// Returns what is to be added to glass_albedo() of the isotropic lobe.
+  /// Returns the difference from glass_albedo() of the isotropic lobe.
   [[gnu::noinline]] F glass_difference(Vec3Of<F> w, F ior, MaskOf<F> inside) const noexcept {
     constexpr const auto& kG = kAnisotropicGlassNodes;
     constexpr int kNodes[] = {kG[1], kG[2], kG[3], kG[4], kG[5]};

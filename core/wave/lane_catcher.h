@@ -25,8 +25,8 @@ class LaneCatcher {
 
   /// Null if there is no catcher.
   const CatcherOf<Options>* scalar() const { return scalar_.get(); }
-  /// Returns whether lanes continue paths on the catcher; else these leave them: lanes do not keep
-  /// what its coat mirrors apart.
+  /// Returns whether lanes continue paths on the catcher; else these leave them, also where the
+  /// catcher has a coat, whose reflections are summed apart.
   bool is_in_lanes() const { return is_in_lanes_; }
 
   void begin(Wave& wave) const {

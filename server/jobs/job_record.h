@@ -32,7 +32,7 @@ inline constexpr std::string_view kDoubtedWarning =
     "A worker that rendered parts of the image without a check by a second one returned wrong "
     "results later: the image may be wrong. Retry the job, or submit it again, to render it anew.";
 
-/// Forgets what was rendered. The film remains to be removed.
+/// Forgets the job's samples. The film remains to be removed.
 void forget_samples(JobRecord& record);
 
 /// queued -> loading -> rendering -> finished; paused from the first three and back to queued or

@@ -35,7 +35,7 @@ struct PathCost {
   double high = 0;
 };
 /// The interval is that of the mean over tiles, treated as a random sample (Student's t), widened
-/// by a quarter on each side for variation of the machine's speed. One or two tiles tell nothing of
+/// by a quarter on each side for variation of the machine's speed. One or two tiles do not show
 /// their spread: half to three halves of the mean, so widened.
 PathCost path_cost(const core::Film& film);
 

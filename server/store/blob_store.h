@@ -44,7 +44,7 @@ class BlobStore {
     core::Status write(std::string_view piece);
     std::uint64_t bytes() const { return bytes_; }
     const std::string& path() const { return path_; }
-    /// Hash of what was written, which is then all.
+    /// Hash of the content, which is complete then.
     const std::string& id();
     /// expected_id: the name that the client gave, or empty. Errors: kInvalidArgument when the
     /// content has another hash; kNoSpace, kInternal.

@@ -1,4 +1,4 @@
-// Defines what server/queue defines for WorkBoard, so that this is not linked.
+// Defines the functions of server/queue that WorkBoard calls, in place of the real ones.
 #include "tests/unit/server/fake_queue.h"
 
 #include <atomic>

@@ -65,7 +65,7 @@ class WorkBoardTest : public test_support::JobsFixture {
       return std::find(names_.begin(), names_.end(), unit) != names_.end();
     });
   }
-  /// Renders what a worker leased.
+  /// Renders the units that a worker leased.
   static std::string rendered(const JobPointer& job, const std::string& input) {
     auto work = core::decode_work(input, core::WorkPart::kInput);
     EXPECT_TRUE(work);

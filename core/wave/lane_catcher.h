@@ -20,13 +20,11 @@ class LaneCatcher {
         scalar_(has_catcher(input.settings) ? std::make_unique<CatcherOf<Options>>(input)
                                             : nullptr),
         is_in_lanes_(scalar_ != nullptr && !scalar_->is_soft() &&
-                     !(input.settings.ground.reflection > 0) &&
                      Options(input.settings).candidates == 1) {}
 
   /// Null if there is no catcher.
   const CatcherOf<Options>* scalar() const { return scalar_.get(); }
-  /// Returns whether lanes continue paths on the catcher; else these leave them, also where the
-  /// catcher has a coat, whose reflections are summed apart.
+  /// Returns whether lanes continue paths on the catcher; else these leave them.
   bool is_in_lanes() const { return is_in_lanes_; }
 
   void begin(Wave& wave) const {
@@ -62,9 +60,18 @@ class LaneCatcher {
     const Rgb bare = scalar_->bare_ground().radiance(point, wo_world);
     WaveCaught& caught = *wave.caught;
     caught.on.at[slot] = 1;
+    caught.is_mirrored.at[slot] = 0;
     caught.blocked.set(slot, {});
+    caught.lit.set(slot, {});
     caught.kept_away.set(slot, {});
     caught.bare.set(slot, {bare.r, bare.g, bare.b});
+  }
+  /// Keeps which samples, of `on`, continue by the coat.
+  void keep_mirrored(Wave& wave, const Ints<N>& slots, Mask<N> is_delta, unsigned on) const {
+    for (; on != 0; on &= on - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(on));
+      wave.caught->is_mirrored.at[sample_of(slots.v[k])] = (is_delta.bits() >> k & 1U) != 0 ? 1 : 0;
+    }
   }
   /// The paths [first, first + 8) of `on` whose samples are on the catcher.
   [[gnu::noinline]] unsigned caught(const Wave& wave, std::size_t first, unsigned on) const {
@@ -84,8 +91,11 @@ class LaneCatcher {
         continue;
       }
       typename CatcherOf<Options>::Changes changes;
-      changes.diffuse.blocked = rgb(caught.blocked.get(i) + caught.kept_away.get(i));
-      changes.diffuse.bounced = rgb(wave.results.radiance.get(i));
+      changes.diffuse.blocked = rgb(caught.blocked.get(i));
+      changes.diffuse.bounced = rgb(caught.lit.get(i));
+      auto& change = caught.is_mirrored.at[i] != 0 ? changes.mirrored : changes.diffuse;
+      change.blocked += rgb(caught.kept_away.get(i));
+      change.bounced += rgb(wave.results.radiance.get(i));
       const auto out = scalar_->caught(changes, rgb(caught.bare.get(i)), caught.direction.get(i),
                                        {caught.film_x_px.at[i], caught.film_y_px.at[i]});
       wave.results.radiance.set(i, {out.color.r, out.color.g, out.color.b});

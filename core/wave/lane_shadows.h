@@ -142,10 +142,11 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
     credit(wave, shadows.slot.at[i], value, scatterings,
            [&] { return scene_.group_of_light(static_cast<std::uint32_t>(shadows.light.at[i])); });
   };
-  const auto is_blocked = [&](std::size_t i) { return (shadows.slot.at[i] & kIsBlocked) != 0; };
-  const auto block = [&](std::size_t i, Vec3 value) {
+  const auto catch_light = [&](std::size_t i, Vec3 value, Vec3 open) {
+    const bool is_blocked = (shadows.slot.at[i] & kIsBlocked) != 0;
     const std::size_t slot = sample_of(shadows.slot.at[i]);
-    wave.caught->blocked.set(slot, wave.caught->blocked.get(slot) + value);
+    WaveVec3& sum = is_blocked ? wave.caught->blocked : wave.caught->lit;
+    sum.set(slot, sum.get(slot) + (is_blocked ? value - open : open));
   };
   const bool has_blocked = catcher_.is_in_lanes() && depth == 0;
   const bool all_block = !scene_.has_alpha && !scene_.has_clear && !scene_.has_shared_space;
@@ -201,8 +202,8 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
       } else if (has_holes_only) {
         open = value * passed[k];
       }
-      if (has_blocked && is_blocked(i)) {
-        block(i, value - open);
+      if (has_blocked && wave.caught->on.at[sample_of(shadows.slot.at[i])] != 0) {
+        catch_light(i, value, open);
       } else {
         add(i, open);
       }

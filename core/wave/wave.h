@@ -144,13 +144,16 @@ struct WaveShadows {
   std::size_t count = 0;
 };
 
-/// Paths that end on a catcher; their radiance in WaveResults is what the model bounces.
+/// Paths that end on a catcher; their radiance in WaveResults is what they find of the model beyond
+/// it.
 struct WaveCaught {
-  WaveArray<std::int32_t> on;  ///< whether the path is one of them
-  WaveVec3 blocked;            ///< light samples that the model blocks
-  WaveVec3 kept_away;          ///< light of the environment behind the model
-  WaveVec3 bare;               ///< BareGround::radiance()
-  WaveVec3 direction;          ///< of the camera ray
+  WaveArray<std::int32_t> on;           ///< whether the path is one of them
+  WaveArray<std::int32_t> is_mirrored;  ///< whether the catcher's coat mirrors it
+  WaveVec3 blocked;                     ///< light samples that the model blocks
+  WaveVec3 lit;                         ///< light samples of the model's lights
+  WaveVec3 kept_away;                   ///< light of the environment behind the model
+  WaveVec3 bare;                        ///< BareGround::radiance()
+  WaveVec3 direction;                   ///< of the camera ray
   WaveFloats film_x_px;
   WaveFloats film_y_px;
 };

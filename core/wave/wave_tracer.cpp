@@ -551,6 +551,9 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   if (taken == 0) {
     return;
   }
+  if constexpr (kCatches) {
+    catcher_.keep_mirrored(wave, numbers.slot, sample.is_delta, taken);
+  }
   const Mask<N> spreads = ~sample.is_delta;
   const Floats<N>& width = at.met.brushed == 0 ? s.alpha : at.met.brush.alpha_x;
   WavePaths& paths = wave.paths;

@@ -28,6 +28,9 @@ TIDIED = ("core", "api")
 TIDIED_LONG = (*TIDIED, "server", "clients/cli")
 # The quick checks combine this many sources into one: parsing the headers is most of their work.
 TOGETHER = 12
+# Unnamed namespaces may collide in a batch: sources that seem to have findings are combined again,
+# fewer and with those of other batches, before each of them is compiled alone.
+AGAIN = 4
 # Checks that cost little more than parsing the source (about 3 s each).
 QUICK = (
     "-*",
@@ -138,8 +141,9 @@ def write_database(build: str, roots):
     return folder, sorted(entries)
 
 
-def write_batches(folder: pathlib.Path, sources):
-    """Sources that include sources with the same flags; returns the sources included by each."""
+def write_batches(folder: pathlib.Path, sources, together: int):
+    """Sources that include `together` neighbours with the same flags, or AGAIN distant ones;
+    returns the sources included by each."""
     database = folder / "compile_commands.json"
     entries = json.loads(database.read_text())
     alike = {}
@@ -149,12 +153,15 @@ def write_batches(folder: pathlib.Path, sources):
             alike.setdefault(tuple(flags), []).append(entry)
     batches = {}
     for group in alike.values():
-        for first in range(0, len(group), TOGETHER):
-            batch = [entry["file"] for entry in group[first : first + TOGETHER]]
-            path = str(folder.resolve() / f"batch_{len(batches)}.cpp")
+        count = -(-len(group) // together)
+        for first in range(count):
+            some = group[first::count] if together == AGAIN else group[
+                first * together : (first + 1) * together]
+            batch = [entry["file"] for entry in some]
+            path = str(folder.resolve() / f"batch_{together}_{len(batches)}.cpp")
             pathlib.Path(path).write_text("".join(f'#include "{file}"\n' for file in batch))
-            words = [path if word == batch[0] else word for word in group[first]["arguments"]]
-            entries.append({**group[first], "file": path, "arguments": words})
+            words = [path if word == batch[0] else word for word in some[0]["arguments"]]
+            entries.append({**some[0], "file": path, "arguments": words})
             batches[path] = [os.path.relpath(file) for file in batch]
     database.write_text(json.dumps(entries))
     return batches
@@ -176,8 +183,7 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
         return done.stdout if done.returncode else ""
 
     def suspects(batch):
-        """Sources of a batch that must be compiled alone: unnamed namespaces may collide in a
-        batch."""
+        """Sources of a batch that may have findings, or collide with others of it."""
         path, members = batch
         said = findings(path, "--header-filter=/(core|api)/", "--extra-arg=-ferror-limit=0")
         named = re.findall(r"^(/\S+):\d+:\d+: (?:error|warning): ", said, re.M)
@@ -186,8 +192,8 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
 
     alone = sources
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        if not (is_long or chosen):
-            batches = write_batches(folder, sources)
+        for together in () if is_long or chosen else (TOGETHER, AGAIN):
+            batches = write_batches(folder, alone, together)
             alone = [file for some in pool.map(suspects, batches.items()) for file in some]
         found = [text for text in pool.map(findings, alone) if text]
     # A finding in a header is repeated for each source that includes it.

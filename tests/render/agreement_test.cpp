@@ -60,7 +60,7 @@ TEST(Agreement, AllOptionsAgreeInTheCornellBox) {
   expect_variants_agree(test_support::box(kVariantSide), 16, false);
 }
 TEST(Agreement, AllOptionsAgreeOnGlossyMaterials) {
-  expect_variants_agree(test_support::zoo(kVariantSide), 16, true);
+  expect_variants_agree(test_support::zoo(kVariantSide), 8, true);
 }
 
 /// Light subpaths start everywhere, so they are expensive and few: a small film, blocks of 4 x 4

@@ -68,10 +68,10 @@ std::vector<Case> cases() {
   core::View coloured = fog_in_box(kSide, {0.2F, 1, 3});
   coloured.scene = test_support::box(kSide).scene;
   return {{"milk without a boundary", ball_in_box(milk(0.9F, 0.2F, 0.3F)), 64},
-          {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 32},
+          {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 16},
           {"channels of their own extinction", ball_in_box(wax()), 64},
-          {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 64},
-          {"coloured fog", coloured, 128}};
+          {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 40},
+          {"coloured fog", coloured, 80}};
 }
 
 constexpr int kComparisons = 5;

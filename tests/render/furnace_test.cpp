@@ -30,7 +30,7 @@ TEST(ClosedSphere, RadianceIsOneForEveryRegisteredOption) {
   view.settings.max_depth = 32;
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
-    expect_truth(test_support::render(view, 256), 1, 4e-3, v.name);
+    expect_truth(test_support::render(view, 160), 1, 4e-3, v.name);
   }
 }
 

@@ -60,7 +60,7 @@ TEST(Irradiance, SquareDiskAndSphereMatchTheClosedForm) {
     const bool blind =
         v.estimator.strategy != Strategy::kMis && v.estimator.strategy != Strategy::kLight;
     // Line segments and triangles approximate curves: 2e-4 for the sphere.
-    expect_truth(test_support::render(view, blind ? 512 : 256), light.truth / kPi, 5e-4,
+    expect_truth(test_support::render(view, blind ? 64 : 32), light.truth / kPi, 5e-4,
                  light.name + (" " + v.name), 2e-4, blind ? 0.02 : 4e-3);
   }
 }
@@ -102,7 +102,7 @@ TEST(Irradiance, ConstantSkyMatchesTheClosedForm) {
     test_support::apply(v, view);
     // Pixels that share light samples have noise in common.
     const bool shares = v.light_sampler == core::LightSamplerType::kRestir;
-    expect_truth(test_support::render(view, 256), 1, shares ? 1.5e-3 : 5e-4, v.name);
+    expect_truth(test_support::render(view, 128), 1, shares ? 1.5e-3 : 5e-4, v.name);
   }
 }
 
@@ -119,7 +119,7 @@ TEST(Irradiance, CosineSkyMatchesTheClosedForm) {
       128, kRows, [&](int, int y) { return Rgb(static_cast<float>(row(y))); }));
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
-    expect_truth(test_support::render(view, 256), 2.0 / 3, 5e-4, v.name, 0, 2e-3);
+    expect_truth(test_support::render(view, 32), 2.0 / 3, 5e-4, v.name, 0, 2e-3);
   }
 }
 
@@ -135,7 +135,7 @@ TEST(Irradiance, OneBrightTexelMatchesTheClosedForm) {
         kWidth, kHeight, [&](int x, int y) { return Rgb(x == 11 && y == bright ? 1.0F : 0.0F); }));
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 256), e / kPi, 5e-4,
+      expect_truth(test_support::render(view, 128), e / kPi, 5e-4,
                    v.name + " row " + std::to_string(bright), 0,
                    test_support::is_blind(v)            ? 0.5
                    : test_support::culls_shadow_rays(v) ? 0.1

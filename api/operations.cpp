@@ -195,7 +195,7 @@ constexpr std::array kBatchMade = {
     ResponseRow{200, "A dry run, or the batch created earlier with this Idempotency-Key.",
                 kBatchOrDryRun}};
 constexpr std::array kBatchAnswer = {ResponseRow{200, "The batch.", kBatch}};
-constexpr std::array kBatchRetried = {ResponseRow{202, "Failed jobs are queued again.", kBatch}};
+constexpr std::array kBatchRetried = {ResponseRow{202, "The jobs are queued again.", kBatch}};
 constexpr std::array kBatchListAnswer = {ResponseRow{200, "Batches, newest first.", kBatchList}};
 constexpr std::array kArchiveAnswer = {ResponseRow{200, "The archive.", kZip},
                                        ResponseRow{206, "Part of it.", kZip},
@@ -410,10 +410,10 @@ constexpr std::array kOperations = {
     Operation{"cancelJob", "POST", "/v1/jobs/{id}/cancel", "Jobs", "Cancel a job.",
               "Keeps the image so far. Cancelling twice is not an error.", "write", kNoHeaders,
               kNoBody, kJobChanged, kCancelProblems, true},
-    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Retry a failed job.",
-              "From its last complete checkpoint, if any. Also renders a finished job from its "
-              "beginning if a worker whose samples it has turned out to be wrong, as its warning "
-              "says. 409 if its scene was deleted.",
+    Operation{"retryJob", "POST", "/v1/jobs/{id}/retry", "Jobs", "Retry a failed or doubted job.",
+              "A failed one continues from its last complete checkpoint, if any; a finished one "
+              "that is `doubted` begins again. 409 for others, for `merged` ones, and if the scene "
+              "was deleted.",
               "write", kNoHeaders, kNoBody, kJobRetried, kRetryProblems, true},
     Operation{"extendJob", "POST", "/v1/jobs/{id}/extend", "Jobs", "Extend a finished job.", "",
               "write", kNoHeaders, kExtend, kJobExtended, kExtendProblems, true},
@@ -471,9 +471,10 @@ constexpr std::array kOperations = {
     Operation{"cancelBatch", "POST", "/v1/batches/{id}/cancel", "Batches",
               "Cancel the unfinished jobs.", "", "write", kNoHeaders, kNoBody, kBatchAnswer,
               kCancelProblems, true},
-    Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches", "Retry the failed jobs.",
-              "409 when none has failed.", "write", kNoHeaders, kNoBody, kBatchRetried,
-              kRetryProblems, true},
+    Operation{"retryBatch", "POST", "/v1/batches/{id}/retry", "Batches",
+              "Retry the failed and doubted jobs.",
+              "As by POST /v1/jobs/{id}/retry. 409 when there are none.", "write", kNoHeaders,
+              kNoBody, kBatchRetried, kRetryProblems, true},
     Operation{"deleteBatch", "DELETE", "/v1/batches/{id}", "Batches",
               "Delete a batch and its jobs.", "409 while one of its jobs is active.", "write",
               kNoHeaders, kNoBody, kGone, kRetryProblems, true},

@@ -88,6 +88,7 @@ std::string film_text(const JobView& job, const core::SampleLedger& ledger,
   body["elapsed_seconds"] = number_json(job.progress.elapsed_seconds);
   body["error"] = error_view().print(job);
   body["warnings"] = job.warnings;
+  body["doubted"] = job.is_doubted;
   body["samples"] = ledger_part(ledger);
   body["build"] = job.build.empty() ? Json(nullptr) : Json::parse(job.build, nullptr, false);
   body["film_digest"] = film_digest;
@@ -132,13 +133,15 @@ Parsed<FilmOrigin> parse_film_text(std::string_view text) {
   }
   const Json* build = member(*body, "build");
   const Json* by_error = member(*body, "samples_by_error");
+  const Json* doubted = member(*body, "doubted");
   return FilmOrigin{
       .spec = std::move(parsed->spec),
       .stop_reason = *stop_reason,
       .is_ended_by_error = core::is_by_error(*stop_reason) ||
                            (by_error != nullptr && by_error->is_number_integer() && *by_error > 0),
       .elapsed_seconds = *seconds,
-      .build = build != nullptr && build->is_object() ? dump(*build) : std::string()};
+      .build = build != nullptr && build->is_object() ? dump(*build) : std::string(),
+      .is_doubted = doubted != nullptr && doubted->is_boolean() && doubted->get<bool>()};
 }
 
 std::vector<std::string> film_differences(const JobSpec& first, const JobSpec& other) {

@@ -26,7 +26,8 @@ struct FilmOrigin {
   bool is_ended_by_error = false;  ///< an error estimate chose its sample count, possibly before a
                                    ///< time limit extended it
   double elapsed_seconds = 0;
-  std::string build;  ///< JSON text; empty: unknown
+  std::string build;        ///< JSON text; empty: unknown
+  bool is_doubted = false;  ///< As JobView::is_doubted, when the film was stored.
 };
 /// Problems: 422 if it is not a text of film_text(); pointers are into the text.
 Parsed<FilmOrigin> parse_film_text(std::string_view text);

@@ -13,7 +13,10 @@ namespace api {
 std::string job_etag(const JobView& job) {
   return "\"s" + std::to_string(job.spec_version) + "-r" + std::to_string(job.progress.revision) +
          "-" + std::string(to_text(job.state)) +
-         (job.pause_reason == PauseReason::kStorageFull ? "-storage_full" : "") + "\"";
+         (job.pause_reason == PauseReason::kStorageFull ? "-storage_full" : "") +
+         (job.is_denoising ? "-denoising" : "") +
+         (job.denoised ? "-d" + std::to_string(job.denoised->revision) : "") +
+         (job.warnings.empty() ? "" : "-w" + std::to_string(job.warnings.size())) + "\"";
 }
 
 std::optional<std::uint32_t> etag_spec_version(std::string_view etag) {

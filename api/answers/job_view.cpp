@@ -489,6 +489,14 @@ const View<JobView>& job_view() {
        {"denoising",
         shape::flag("A denoised image is being made: on request, while it renders or afterwards."),
         [](const JobView& j) -> Json { return j.is_denoising; }},
+       {"doubted",
+        shape::flag("A worker that rendered parts of the image unchecked returned wrong results "
+                    "later: the image may be wrong. A warning says what helps."),
+        [](const JobView& j) -> Json { return j.is_doubted; }},
+       {"merged",
+        shape::flag("The film was merged from samples that no single job renders: the job cannot "
+                    "be extended or retried."),
+        [](const JobView& j) -> Json { return !j.ledger.empty(); }},
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
         [](const JobView& j) -> Json { return j.warnings; }},
        {"warning_details", warning_details_shape(),

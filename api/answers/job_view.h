@@ -78,6 +78,7 @@ struct JobView {
   int samples_by_error = 0;
   std::optional<DenoisedView> denoised;
   bool film_is_evicted = false;
+  bool is_doubted = false;    ///< a worker with unverified samples in the film returned wrong ones
   bool is_denoising = false;  ///< a denoised picture is being made
   int split_count = 0;  ///< measured for `measured` splitting; 0: not measured, or nothing to split
 

@@ -173,7 +173,7 @@ int cancel(const Args& args) {
 
 int retry(const Args& args) {
   return change_verb("retry",
-                     "Queues failed jobs again, from their last checkpoints, and finished ones "
+                     "Queues failed jobs again, from their last checkpoints, and doubted ones, "
                      "whose images may be wrong, from their beginning.",
                      args);
 }

@@ -24,7 +24,7 @@ constexpr std::array kVerbs = {
     Verb{"pause", "pause jobs", &pause_jobs},
     Verb{"resume", "resume paused jobs", &resume_jobs},
     Verb{"cancel", "cancel jobs", &cancel},
-    Verb{"retry", "retry failed jobs", &retry},
+    Verb{"retry", "retry jobs that have failed or are doubted", &retry},
     Verb{"extend", "extend a finished job", &extend},
     Verb{"delete", "delete jobs that have ended", &delete_jobs},
     Verb{"upload", "upload models and environment maps", &upload},

@@ -20,6 +20,7 @@
 #include "core/film/film.h"
 #include "server/config/config.h"
 #include "server/jobs/job_record.h"
+#include "server/routes/look_file.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
@@ -33,8 +34,8 @@ namespace {
 
 constexpr const char* kCheckText =
     "Verifies a data directory: the pages and references of the database, the hash of every asset, "
-    "the files of every scene, the checksums and digest of every film, the maps of every "
-    "comparison, the hash of webhook.secret. Changes nothing without "
+    "the files of every scene, the checksums and digest of every film, the images stored "
+    "beside it, the maps of every comparison, the hash of webhook.secret. Changes nothing without "
     "--repair; the directory may be read-only, such as a backup. Exit code 1 if something is "
     "damaged; orphaned files are reported but do not count "
     "as damage.";
@@ -161,9 +162,30 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
   }
 }
 
+void check_look(const std::string& job, const DataDir& data, Findings& findings) {
+  const core::Status whole = check_looks(data.look_path(job));
+  if (!whole && whole.error().code != core::ErrorCode::kNotFound) {
+    findings.damages.push_back("looks/" + job + ": " + whole.error().message +
+                               "; remove it, and its images are made from the film");
+  }
+}
+
+/// Adds the entries of the folder that have no record. known: names of those that have.
+void find_leftovers(const std::string& folder, const std::set<std::string>& known,
+                    const std::string& words, Findings& findings) {
+  std::error_code code;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
+    const std::string name = entry.path().filename().string();
+    if (known.count(name) == 0) {
+      findings.leftovers.push_back({words + name, entry.path()});
+    }
+  }
+}
+
 void check_jobs(Database& database, const DataDir& data, Findings& findings) {
   JobTable table(database);
-  std::set<std::string> known;
+  std::set<std::string> films;
+  std::set<std::string> looks;
   JobQuery query;
   query.limit = kCheckPage;
   while (true) {
@@ -174,20 +196,18 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
     }
     for (const JobRow& row : *rows) {
       ++findings.jobs;
-      known.insert(row.id + ".film");
+      films.insert(row.id + ".film");
+      looks.insert(row.id);
       check_film(row, data, findings);
+      check_look(row.id, data, findings);
       query.before = row.sequence;
     }
     if (static_cast<int>(rows->size()) < kCheckPage) {
       break;
     }
   }
-  std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(data.films_path(), code)) {
-    if (known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back({"film file " + entry.path().filename().string(), entry.path()});
-    }
-  }
+  find_leftovers(data.films_path(), films, "film file ", findings);
+  find_leftovers(data.looks_path(), looks, "look file ", findings);
 }
 
 void check_comparisons(Database& database, const DataDir& data, Findings& findings) {
@@ -207,12 +227,7 @@ void check_comparisons(Database& database, const DataDir& data, Findings& findin
       }
     }
   }
-  for (const auto& entry : std::filesystem::directory_iterator(data.comparisons_path(), code)) {
-    if (known.count(entry.path().filename().string()) == 0) {
-      findings.leftovers.push_back(
-          {"comparison " + entry.path().filename().string(), entry.path()});
-    }
-  }
+  find_leftovers(data.comparisons_path(), known, "comparison ", findings);
 }
 
 /// Moves files to which no record refers to the folder orphaned/, since the record may be what was
@@ -304,7 +319,7 @@ core::Status mirror(const std::string& directory, const std::string& copy) {
       }
     }
   }
-  for (const char* folder : {"/assets", "/films", "/comparisons"}) {
+  for (const char* folder : {"/assets", "/films", "/looks", "/comparisons"}) {
     if (!code && fs::exists(directory + folder, code)) {
       fs::create_directory_symlink(fs::absolute(directory + folder), copy + folder, code);
     }

@@ -224,7 +224,8 @@ Verdict BatchService::retry(std::string_view id, const Access& access) {
   }
   bool any = false;
   for (const JobPointer& job : *found) {
-    if (job->state() != api::JobState::kFailed) {
+    const api::JobView view = job->record().view;
+    if (view.state != api::JobState::kFailed && !can_begin_again(view)) {
       continue;
     }
     if (const auto reopened = table_.reopen(*batch); !reopened) {
@@ -235,7 +236,8 @@ Verdict BatchService::retry(std::string_view id, const Access& access) {
     }
     any = true;
   }
-  return any ? Verdict() : Error{ErrorCode::kConflict, "no job of the batch has failed", ""};
+  return any ? Verdict()
+             : Error{ErrorCode::kConflict, "no job of the batch has failed or is doubted", ""};
 }
 
 Verdict BatchService::remove(std::string_view id, const Access& access) {

@@ -26,11 +26,13 @@ Status Checkpoints::save(RenderRun& run, const Job& job, bool is_final) const {
   return run.save(is_final);
 }
 
-void Checkpoints::save_now(const JobPointer& job) {
+Status Checkpoints::save_now(const JobPointer& job) {
   const auto run = job->run();
   if (!run || job->memory_only() || run->task().finished()) {
-    return;  // The thread that ended the run saves its film.
+    // The thread that ended the run saves its film.
+    return Error{ErrorCode::kCancelled, "the job has ended", ""};
   }
+  core::Progress progress = run->task().progress();
   if (const Status saved = save(*run, *job, false); !saved) {
     parts_.metrics.count(Counter::kCheckpointFailed);
     if (saved.error().code != ErrorCode::kNoSpace) {
@@ -38,24 +40,27 @@ void Checkpoints::save_now(const JobPointer& job) {
     } else if (!job->waits_for_disk()) {
       on_full_disk_(job);
     }
-    return;
+    return saved;
   }
+  progress.revision = run->task().progress().revision;  // Clients may have seen it.
   const auto modify = [&](JobRecord& record) -> Verdict {
     if (api::is_final(record.view.state)) {
-      return Error{ErrorCode::kCancelled, "", ""};
+      return Error{ErrorCode::kCancelled, "the job has ended", ""};
     }
-    record.view.progress = run->task().progress();
+    record.view.progress = progress;
     record.film = FilmPlace::kOnDisk;
     record.film_bytes = run->file_bytes();
     return {};
   };
   const Verdict noted =
       parts_.journal.change(*job, modify, {.unstored = Journal::Unstored::kInMemory});
-  if (noted) {
-    parts_.metrics.count(Counter::kCheckpointWritten);
-    parts_.log.write(LogLevel::kDebug, "checkpoint",
-                     {{"job", job->id()}, {"seconds", run->last_save_seconds()}});
+  if (!noted) {  // It was cancelled, perhaps deleted, meanwhile.
+    return Error{ErrorCode::kCancelled, "the job has ended", ""};
   }
+  parts_.metrics.count(Counter::kCheckpointWritten);
+  parts_.log.write(LogLevel::kDebug, "checkpoint",
+                   {{"job", job->id()}, {"seconds", run->last_save_seconds()}});
+  return core::ok_status();
 }
 
 void Checkpoints::save_due(const std::stop_token& stop) {
@@ -70,7 +75,7 @@ void Checkpoints::save_due(const std::stop_token& stop) {
     if (is_new || std::chrono::duration<double>(now - last->second).count() < interval) {
       continue;
     }
-    save_now(job);
+    static_cast<void>(save_now(job));
     last->second = Clock::now();
   }
   std::erase_if(saved_at_, [this](const auto& entry) {

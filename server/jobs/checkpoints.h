@@ -33,8 +33,10 @@ class Checkpoints {
 
   /// Saves the films that are due. Call it from one thread.
   void save_due(const std::stop_token& stop);
-  /// Saves the film of an unfinished job and records it.
-  void save_now(const JobPointer& job);
+  /// Saves the film of an unfinished job and records it. The record is never ahead of the file.
+  /// Errors: kCancelled when the job has ended or has no film file; those of save(), after which
+  /// the job fails, or waits for space unless it is paused.
+  core::Status save_now(const JobPointer& job);
   /// Saves the film without using the disk reserve, which is kept for records. Errors: kNoSpace,
   /// kInternal.
   core::Status save(RenderRun& run, const Job& job, bool is_final) const;

@@ -94,6 +94,15 @@ class Job {
     const core::MutexLock lock(mutex_);
     denoised_ = std::move(denoised);
   }
+  /// Returns the exposure of exposure=auto for its last finished film, if that is known.
+  std::optional<double> auto_exposure() const {
+    const core::MutexLock lock(mutex_);
+    return auto_exposure_;
+  }
+  void set_auto_exposure(double stops) {
+    const core::MutexLock lock(mutex_);
+    auto_exposure_ = stops;
+  }
   /// Counts a denoised picture of the job as being made until the result is destroyed. Must not
   /// outlive the job.
   std::shared_ptr<void> note_denoising() {
@@ -186,6 +195,7 @@ class Job {
   std::shared_ptr<const StoredFilm> kept_film_ GUARDED_BY(mutex_);
   std::optional<EndMark> end_mark_ GUARDED_BY(mutex_);
   std::optional<api::DenoisedView> denoised_ GUARDED_BY(mutex_);
+  std::optional<double> auto_exposure_ GUARDED_BY(mutex_);
 };
 
 using JobPointer = std::shared_ptr<Job>;

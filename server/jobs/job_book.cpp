@@ -327,17 +327,13 @@ std::vector<JobPointer> JobBook::take_parkable() {
   return jobs;
 }
 
-JobPointer JobBook::take_yielding(const std::function<SliceSource::Turn(const Job&)>& turn_of) {
-  const core::MutexLock lock(mutex_);
-  if (queue_.empty() || (may_start(queue_.front()) && fits(queue_.front()))) {
-    return nullptr;
-  }
-  const Waiting& next = queue_.front();
+std::optional<std::uint64_t> JobBook::last_like(
+    const Waiting& next, const std::function<SliceSource::Turn(const Job&)>& turn_of) const {
   const std::string scene = next.job->record().view.spec.scene;
-  std::uint64_t last = 0;  // No slot has this number.
+  std::optional<std::uint64_t> last;
   for (const auto& [number, holder] : holders_) {
     if (holder.is_parking) {
-      return nullptr;
+      return std::nullopt;
     }
     if (holder.paused_at > 0 || holder.rank != next.rank ||
         holder.job->tenant() != next.job->tenant() ||
@@ -346,19 +342,34 @@ JobPointer JobBook::take_yielding(const std::function<SliceSource::Turn(const Jo
     }
     const SliceSource::Turn turn = turn_of(*holder.job);
     if (!turn.has_image) {
-      return nullptr;
+      return std::nullopt;
     }
-    if (!turn.is_timed &&
-        (last == 0 || holder.job->sequence() > holders_.at(last).job->sequence())) {
+    if (!turn.is_timed && (!last || holder.job->sequence() > holders_.at(*last).job->sequence())) {
       last = number;
     }
   }
-  if (last == 0 || next.rank.is_preview || !may_start(next, {last}) || !fits(next, {last}) ||
-      (next.has_image && holders_.at(last).job->sequence() < next.job->sequence())) {
+  return last;
+}
+
+JobPointer JobBook::take_yielding(const std::function<SliceSource::Turn(const Job&)>& turn_of) {
+  const core::MutexLock lock(mutex_);
+  if (queue_.empty() || queue_.front().rank.is_preview) {
     return nullptr;
   }
-  holders_.at(last).is_parking = true;
-  return holders_.at(last).job;
+  const Waiting& next = queue_.front();
+  const auto can_start = [&](const std::set<std::uint64_t>& parked) REQUIRES(mutex_) {
+    return may_start(next, parked) && fits(next, parked);
+  };
+  const auto last = can_start({}) ? std::nullopt : last_like(next, turn_of);
+  if (!last || !can_start({*last})) {
+    return nullptr;
+  }
+  Holder& holder = holders_.at(*last);
+  if (next.has_image && next.job->sequence() > holder.job->sequence()) {
+    return nullptr;
+  }
+  holder.is_parking = true;
+  return holder.job;
 }
 
 void JobBook::keep(const Job& job) {

@@ -194,6 +194,11 @@ class JobBook {
     return fits(next.rank, next.job->tenant(), next.memory, parked);
   }
   bool has_its_previews(const std::string& tenant) const REQUIRES(mutex_);
+  /// Returns the youngest running job of the same tenant, rank and scene whose time does not run
+  /// out; empty while one of them has no image, or any job is being parked.
+  std::optional<std::uint64_t> last_like(
+      const Waiting& next, const std::function<SliceSource::Turn(const Job&)>& turn_of) const
+      REQUIRES(mutex_);
   bool lacks_only_memory() const REQUIRES(mutex_);
 
   const BookLimits limits_;

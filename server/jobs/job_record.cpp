@@ -20,6 +20,11 @@ namespace {
 using api::JobState;
 using api::Json;
 
+/// Begins the warning of a doubted job.
+constexpr std::string_view kDoubtedWarning =
+    "A worker that rendered parts of the image without a check by a second one returned wrong "
+    "results later: the image may be wrong.";
+
 }  // namespace
 
 bool may_change(JobState from, JobState to) {
@@ -63,8 +68,25 @@ void forget_samples(JobRecord& record) {
   record.film = FilmPlace::kNone;
   record.film_bytes = 0;
   record.unverified.clear();
-  record.is_doubted = false;
-  std::erase(record.view.warnings, kDoubtedWarning);
+  record.view.is_doubted = false;
+  std::erase_if(record.view.warnings,
+                [](const std::string& text) { return text.starts_with(kDoubtedWarning); });
+}
+
+bool can_begin_again(const api::JobView& view) {
+  return view.is_doubted && view.state != JobState::kCancelled && view.ledger.empty();
+}
+
+void doubt(api::JobView& view) {
+  if (view.is_doubted) {
+    return;
+  }
+  view.is_doubted = true;
+  const char* remedy = can_begin_again(view) ? "Retry the job to render it anew."
+                       : !view.ledger.empty()
+                           ? "Retry the jobs of the films that were merged, and merge them again."
+                           : "Submit the job again to render it anew.";
+  view.warnings.push_back(std::string(kDoubtedWarning) + ' ' + remedy);
 }
 
 void note_samples_by_error(api::JobView& view) {
@@ -158,7 +180,7 @@ void visit_members(Record& record, Visit&& visit) {
   visit("error_doubt", progress.error.doubt);
   visit("error_reach", progress.error.reach);
   visit("unverified", record.unverified);
-  visit("is_doubted", record.is_doubted);
+  visit("is_doubted", view.is_doubted);
 }
 
 template <typename Value>

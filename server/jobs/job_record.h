@@ -21,18 +21,17 @@ struct JobRecord {
   std::int64_t sequence = 0;
   std::string tenant = {};  ///< The owner; empty: the operator.
   FilmPlace film = FilmPlace::kNone;
-  std::uint64_t film_bytes = 0;  ///< On disk.
+  std::uint64_t film_bytes = 0;  ///< On disk, with its look file.
   std::optional<core::Error> failure;
   std::set<std::string> unverified;  ///< Workers with unverified results in the film.
-  bool is_doubted = false;           ///< One of them returned wrong results after the job's end.
 };
 
-/// Warning of a doubted job.
-inline constexpr std::string_view kDoubtedWarning =
-    "A worker that rendered parts of the image without a check by a second one returned wrong "
-    "results later: the image may be wrong. Retry the job, or submit it again, to render it anew.";
+/// Marks an ended job as doubted, with a warning that says what helps.
+void doubt(api::JobView& view);
+/// Returns whether the job can be rendered anew because it is doubted.
+bool can_begin_again(const api::JobView& view);
 
-/// Forgets the job's samples. The film remains to be removed.
+/// Forgets the job's samples, and that they were doubted. The film remains to be removed.
 void forget_samples(JobRecord& record);
 
 /// queued -> loading -> rendering -> finished; paused from the first three and back to queued or

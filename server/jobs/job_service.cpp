@@ -69,6 +69,7 @@ int threads_or_machine(int threads) { return threads > 0 ? threads : core::usabl
 
 JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::int64_t run)
     : table_(parts.table),
+      workers_(parts.table.database()),
       scenes_(parts.scenes),
       data_(parts.data),
       log_(parts.log),
@@ -113,6 +114,13 @@ Status JobService::resume() {
     return last.error();
   }
   submissions_.resume(*last);
+  auto suspended = workers_.suspended();
+  if (!suspended) {
+    return suspended.error();
+  }
+  if (board_) {
+    board_->suspend_again(*std::move(suspended));
+  }
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
   }
@@ -176,7 +184,28 @@ void JobService::note_unverified(Job& job, const std::string& worker) {
                                     {.unstored = Journal::Unstored::kInMemory}));
 }
 
+core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
+  const std::set<std::string> unverified = finished.unverified;
+  auto job = submissions_.add_finished(std::move(finished));
+  if (!job || unverified.empty()) {
+    return job;
+  }
+  // One of them may have been found out while the films were merged: distrust() has stored it and
+  // then looked for jobs.
+  const auto suspended = workers_.suspended();
+  for (const std::string& worker : unverified) {
+    if (!suspended || suspended->contains(worker)) {
+      life_.distrust(*job, worker);
+    }
+  }
+  return job;
+}
+
 void JobService::distrust(const std::string& worker) {
+  if (const Status stored = workers_.suspend(worker); !stored) {
+    log_.write(LogLevel::kError, "suspension_not_stored",
+               {{"worker", worker}, {"detail", stored.error().message}});
+  }
   for (const JobPointer& job : book_.all()) {
     life_.distrust(job, worker);
   }
@@ -470,7 +499,7 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
                        api::ledger_words(view.ledger),
                    ""};
     }
-    if (record.is_doubted) {
+    if (view.is_doubted) {
       return Error{ErrorCode::kConflict, "its samples may be wrong; retry the job first", ""};
     }
     if (record.film != FilmPlace::kOnDisk) {
@@ -499,8 +528,12 @@ Verdict JobService::extend(const JobPointer& job, std::string_view body) {
 Verdict JobService::retry(const JobPointer& job) {
   return queue_again(job, [&](JobRecord& record) -> Verdict {
     api::JobView& view = record.view;
-    const bool is_wrong = record.is_doubted && view.ledger.empty();
-    if (view.state != JobState::kFailed && !(view.state == JobState::kFinished && is_wrong)) {
+    const bool is_wrong = can_begin_again(view);
+    if (view.is_doubted && !view.ledger.empty()) {
+      return Error{ErrorCode::kConflict,
+                   "its film was merged: retry the jobs of the films, and merge them again", ""};
+    }
+    if (view.state != JobState::kFailed && !is_wrong) {
       return Error{ErrorCode::kConflict,
                    "the job is " + std::string(api::to_text(view.state)) +
                        "; only a failed one can be retried, or a finished one whose samples may "

@@ -31,6 +31,7 @@
 #include "server/jobs/submissions.h"
 #include "server/jobs/verdict.h"
 #include "server/store/storage_quota.h"
+#include "server/store/worker_table.h"
 #include "server/workers/work_options.h"
 
 namespace queue {
@@ -110,9 +111,7 @@ class JobService {
                                                        const Together& together) {
     return submissions_.submit_together(std::move(requests), together);
   }
-  core::Result<JobPointer> add_finished(FinishedFilm finished) {
-    return submissions_.add_finished(std::move(finished));
-  }
+  core::Result<JobPointer> add_finished(FinishedFilm finished);
 
   /// Estimates the cost of a job from a pilot rendered between other jobs' slices; waits at most
   /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice;
@@ -138,7 +137,8 @@ class JobService {
   // For WorkBoard.
   /// Records that the job's film gets unverified samples of the worker.
   void note_unverified(Job& job, const std::string& worker);
-  /// The worker returned wrong results: as LifeCycle::distrust() for all jobs, in memory or stored.
+  /// The worker returned wrong results, which is stored: as LifeCycle::distrust() for all jobs, in
+  /// memory or stored, and for films that are merged later.
   void distrust(const std::string& worker);
 
   JobIndex& index() { return index_; }
@@ -187,6 +187,7 @@ class JobService {
   void forget_expired();
 
   JobTable& table_;
+  WorkerTable workers_;
   SceneService& scenes_;
   const DataDir& data_;
   Log& log_;

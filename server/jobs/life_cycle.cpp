@@ -20,6 +20,8 @@ using core::Status;
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 /// Four tenants load two jobs each at the same time.
 constexpr int kLoaders = 8;
 constexpr int kLoadersOfTenant = 2;
@@ -42,6 +44,7 @@ LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds)
                    checkpoint_seconds,
                    // Only an ended job is not paused.
                    [this](const JobPointer& job) { pause_for_room(job, nullptr); }),
+      checkpoint_time_(checkpoint_seconds),
       loaders_(kLoaders, kLoadersOfTenant, Background::Priority::kOfRendering),
       preview_loaders_(kLoaders / kLoadersOfTenant, 1, Background::Priority::kOfRendering),
       savers_(kSavers, kSavers, Background::Priority::kNormal) {}
@@ -64,7 +67,7 @@ void LifeCycle::finish_stop() {
   for (const JobPointer& job : parts_.book.holders()) {
     const auto run = job->run();
     if (run && !api::is_final(job->state())) {
-      checkpoints_.save_now(job);
+      static_cast<void>(checkpoints_.save_now(job));  // It continues from the last checkpoint.
     }
     if (run) {
       parts_.scheduler.remove(*run);
@@ -77,11 +80,14 @@ void LifeCycle::admit() {
   while (!stopping_ && !draining_) {
     std::shared_ptr<JobBook::Slot> slot = parts_.book.admit();
     if (!slot) {
+      if (Clock::now() < detaches_from_.load()) {
+        return;
+      }
       for (JobPointer& paused : parts_.book.take_parkable()) {
         savers_.post([this, paused = std::move(paused)] { park(paused); });
       }
       if (JobPointer yielding = parts_.book.take_yielding(&turn_of)) {
-        savers_.post([this, yielding = std::move(yielding)] { park(yielding); });
+        savers_.post([this, yielding = std::move(yielding)] { yield_place(yielding); });
       }
       return;
     }
@@ -172,7 +178,7 @@ void LifeCycle::on_first_slice(const RenderRun& run) {
 void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
   savers_.post([this, job = std::move(job), run = std::move(run)] {
-    // A parked job resumes from its file; park() may be under way.
+    // A parked job resumes from its file; detach() may be under way.
     const auto is_parked = [&] {
       const core::MutexLock changing(job->change_mutex());
       return job->run() != run;
@@ -205,6 +211,7 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
   const std::string digest = run->film()->digest();
   const core::Brightness brightness =
       core::brightness_of(*run->film(), job->record().view.spec.render.film);
+  job->set_auto_exposure(brightness.auto_exposure);
   keep_film_of(*job, *run);
   const Verdict told = parts_.journal.change(
       *job,
@@ -502,11 +509,8 @@ void LifeCycle::distrust(const JobPointer& job, const std::string& worker) {
     if (record.unverified.erase(worker) == 0) {
       return Error{ErrorCode::kCancelled, "the film has no unverified samples of the worker", ""};
     }
-    if (api::is_final(before) && !record.is_doubted) {
-      record.is_doubted = true;
-      record.view.warnings.emplace_back(kDoubtedWarning);
-    }
     if (api::is_final(before)) {
+      doubt(record.view);
       return {};
     }
     if (const Status announced = parts_.films.announce_removal(*job); !announced) {
@@ -546,34 +550,44 @@ void LifeCycle::distrust(const JobPointer& job, const std::string& worker) {
 
 void LifeCycle::park(const JobPointer& job) {
   const auto run = job->run();
-  const JobState before = job->state();
-  if (run) {
-    if (const Status saved = checkpoints_.save(*run, *job, false); !saved) {
-      parts_.log.write(LogLevel::kError, "film_not_saved",
-                       {{"job", job->id()}, {"detail", saved.error().message}});
-      parts_.book.keep(*job);  // Parking is retried when the next job asks for memory.
-      return;
-    }
+  if (const Status saved = run ? checkpoints_.save_now(job) : core::ok_status(); !saved) {
+    keep(job, saved.error());
+    return;
   }
-  const Verdict parked = parts_.journal.change(
+  detach(job, run, [&](const JobRecord& record) -> Verdict {
+    if (record.view.state != JobState::kPaused || job->run() != run) {
+      return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
+    }
+    if (!run) {
+      job->begin_load();  // Invalidates a load that is under way.
+    }
+    return {};
+  });
+}
+
+void LifeCycle::yield_place(const JobPointer& job) {
+  const auto run = job->run();
+  if (const Status saved = checkpoints_.save_now(job); !saved) {
+    keep(job, saved.error());
+    return;
+  }
+  detach(job, run, [&](JobRecord& record) -> Verdict {
+    if (record.view.state != JobState::kRendering || job->run() != run || run->end()) {
+      return Error{ErrorCode::kCancelled, "the job was paused or has ended", ""};
+    }
+    record.view.state = JobState::kQueued;
+    return {};
+  });
+}
+
+void LifeCycle::detach(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
+                       const Journal::Modify& modify) {
+  JobState before = JobState::kPaused;
+  const Verdict detached = parts_.journal.change(
       *job,
-      [&](JobRecord& record) -> Verdict {
-        const bool yields = run && before == JobState::kRendering;
-        if (record.view.state != before || (before != JobState::kPaused && !yields) ||
-            job->run() != run || (yields && run->end())) {
-          return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
-        }
-        if (yields) {
-          record.view.state = JobState::kQueued;
-          record.film = FilmPlace::kOnDisk;
-          record.film_bytes = run->file_bytes();
-        }
-        if (run) {
-          record.view.progress = run->task().progress();
-        } else {
-          job->begin_load();  // Invalidates a load that is under way.
-        }
-        return {};
+      [&](JobRecord& record) {
+        before = record.view.state;
+        return modify(record);
       },
       {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& after) {
          job->set_run(nullptr);
@@ -583,7 +597,7 @@ void LifeCycle::park(const JobPointer& job) {
          }
          follow_state(job, before, after);
        }});
-  if (!parked) {
+  if (!detached) {
     parts_.book.keep(*job);
     return;
   }
@@ -592,6 +606,15 @@ void LifeCycle::park(const JobPointer& job) {
   }
   parts_.log.write(LogLevel::kInfo, "job_parked", {{"job", job->id()}});
   admit();
+}
+
+void LifeCycle::keep(const JobPointer& job, const Error& why) {
+  parts_.book.keep(*job);
+  if (why.code != ErrorCode::kCancelled) {
+    detaches_from_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(checkpoint_time_);
+    parts_.log.write(LogLevel::kError, "film_not_saved",
+                     {{"job", job->id()}, {"detail", why.message}});
+  }
 }
 
 void LifeCycle::count_work(const RenderRun& run) {

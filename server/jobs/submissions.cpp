@@ -39,7 +39,7 @@ bool still_answers(const Job& job, double failed_seconds) {
     return unix_now() - view.finished_at_unix_seconds.value_or(0) < failed_seconds;
   }
   return view.state != JobState::kCancelled && record.film != FilmPlace::kEvicted &&
-         !record.is_doubted;
+         !view.is_doubted;
 }
 
 /// Returns a view without the job's identity.
@@ -56,6 +56,9 @@ api::JobView view_of_finished(const Submissions::FinishedFilm& finished) {
   view.build = finished.build;
   view.ledger = finished.ledger;
   view.film_digest = film.digest();
+  if (finished.is_doubted) {
+    doubt(view);
+  }
   view.peak_bytes = film.bytes();
   core::Progress& progress = view.progress;
   progress.fraction = 1;
@@ -401,7 +404,6 @@ core::Result<JobPointer> Submissions::add_finished(FinishedFilm finished) {
   record.view.id = make_uuid();
   record.tenant = finished.tenant;
   record.unverified = std::move(finished.unverified);
-  record.is_doubted = finished.is_doubted;
   const core::ConvergencePoint point{.samples_per_pixel = record.view.progress.samples_max,
                                      .elapsed_seconds = finished.elapsed_seconds,
                                      .cpu_seconds = record.view.progress.cpu_seconds,

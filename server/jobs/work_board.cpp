@@ -72,6 +72,11 @@ void WorkBoard::stop() {
   left.merge(table_.clear());
 }
 
+void WorkBoard::suspend_again(std::set<std::string> workers) {
+  const core::MutexLock lock(mutex_);
+  table_.suspend_again(std::move(workers));
+}
+
 void WorkBoard::wake() {
   is_news_ = true;
   changed_.notify_all();

@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -58,6 +59,8 @@ class WorkBoard {
   WorkBoard& operator=(const WorkBoard&) = delete;
   /// Stops leasing units; later results are refused.
   void stop();
+  /// As LeaseTable::suspend_again(). Call it before workers report.
+  void suspend_again(std::set<std::string> workers);
 
   using Sender = LeaseTable::Sender;
   using Counts = LeaseTable::Counts;

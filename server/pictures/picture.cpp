@@ -130,7 +130,10 @@ std::optional<float> exposure_of(const core::Film& film, const Picture& picture)
   if (const auto stops = api::light_exposure_stops(picture.view.spec)) {
     return stops;
   }
-  return static_cast<float>(core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
+  return static_cast<float>(
+      picture.auto_exposure
+          ? *picture.auto_exposure
+          : core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
 }
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {

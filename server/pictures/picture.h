@@ -29,6 +29,7 @@ struct Picture {
   std::optional<api::DenoisedView> denoised_view = std::nullopt;    ///< of `denoised`
   std::shared_ptr<const core::Scene> scene = nullptr;  ///< for the names of mattes; null: no names
   std::string tenant = {};                             ///< that asks for it
+  std::optional<double> auto_exposure = std::nullopt;  ///< empty: to be computed from the film
 };
 
 struct EncodedPicture {

@@ -43,7 +43,6 @@ struct Source {
   core::FilmPart part;
   api::FilmOrigin origin;
   std::set<std::string> unverified = {};  ///< As in JobRecord.
-  bool is_doubted = false;
 };
 
 Error placed(Error error, const std::string& where) {
@@ -60,20 +59,24 @@ core::SampleLedger ledger_of(const api::JobView& view, const core::Film& film) {
 /// Returns the film of a job that has ended.
 core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
                                  const std::stop_token& stop) {
+  const std::optional<double> ended = job.record().view.finished_at_unix_seconds;
   auto film = context.jobs.films().final_film(job, stop);
   if (!film) {
     return film.error();
   }
   const JobRecord record = job.record();
-  const api::JobView view = context.jobs.view(job);
+  const api::JobView& view = record.view;
+  if (view.finished_at_unix_seconds != ended) {  // The record may describe another film.
+    return Error{ErrorCode::kConflict, "the job was continued while its film was read", ""};
+  }
   return Source{.part = {.film = *film, .ledger = ledger_of(view, **film)},
                 .origin = {.spec = view.spec,
                            .stop_reason = view.stop_reason,
                            .is_ended_by_error = api::is_ended_by_error(view),
                            .elapsed_seconds = view.progress.elapsed_seconds,
-                           .build = view.build},
-                .unverified = record.unverified,
-                .is_doubted = record.is_doubted};
+                           .build = view.build,
+                           .is_doubted = view.is_doubted},
+                .unverified = record.unverified};
 }
 
 /// Returns whether the job request stored with the film describes its samples.
@@ -270,7 +273,7 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
   for (const Source& source : sources) {
     finished.elapsed_seconds += source.origin.elapsed_seconds;
     finished.unverified.insert(source.unverified.begin(), source.unverified.end());
-    finished.is_doubted = finished.is_doubted || source.is_doubted;
+    finished.is_doubted = finished.is_doubted || source.origin.is_doubted;
     // If an error estimate chose one film's count, it also influenced the sum's.
     if (source.origin.is_ended_by_error) {
       finished.stop_reason = core::StopReason::kRelativeError;
@@ -278,9 +281,6 @@ JobService::FinishedFilm finished_film(const std::vector<Source>& sources, core:
     is_one_build = is_one_build && source.origin.build == finished.build;
     is_one_arithmetic =
         is_one_arithmetic && api::arithmetic_of(source.origin.build) == finished.arithmetic;
-  }
-  if (finished.is_doubted) {
-    finished.warnings.emplace_back(kDoubtedWarning);
   }
   if (!is_one_arithmetic) {
     finished.warnings.emplace_back(

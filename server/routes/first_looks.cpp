@@ -1,5 +1,6 @@
 #include "server/routes/first_looks.h"
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,8 +10,13 @@
 
 namespace server {
 
+using core::Error;
+using core::ErrorCode;
+using core::Status;
+
 FirstLooks::FirstLooks(RouteContext context)
     : context_(std::move(context)), background_(1, 1, Background::Priority::kNormal) {
+  remove_parts();
   context_.jobs.journal().on_end([this](const Job& ended) {
     background_.post(
         [this, id = ended.id()] {
@@ -57,16 +63,39 @@ void FirstLooks::encode(const JobPointer& job) const {
 
 void FirstLooks::store(Job& job, const api::JobView& view,
                        const std::vector<StoredLook>& looks) const {
-  const core::MutexLock changing(job.change_mutex());
-  const JobRecord record = job.record();
-  if (job.is_removed() || record.film != FilmPlace::kOnDisk ||
-      record.view.film_digest != view.film_digest || !context_.quota.has_disk_room()) {
-    return;
-  }
-  const core::Status stored = write_looks(context_.data.look_path(job.id()), looks);
-  if (!stored) {
+  const std::string text = looks_text(looks);
+  StorageQuota::Room room = context_.quota.room(job.tenant(), StorageQuota::Kind::kFilm);
+  const auto modify = [&](JobRecord& record) -> Verdict {
+    if (record.film != FilmPlace::kOnDisk || record.view.film_digest != view.film_digest) {
+      return Error{ErrorCode::kCancelled, "the job goes on, or its film is gone", ""};
+    }
+    if (!context_.quota.has_disk_room()) {
+      return Error{ErrorCode::kNoSpace, "the disk is full", ""};
+    }
+    if (const Status fits = room.grow_to(text.size()); !fits) {
+      return fits.error();
+    }
+    if (const Status stored = write_looks(context_.data.look_path(job.id()), text); !stored) {
+      return stored.error();
+    }
+    record.film_bytes += text.size();
+    return {};
+  };
+  const Verdict stored =
+      context_.jobs.journal().change(job, modify, {.unstored = Journal::Unstored::kInMemory});
+  if (!stored && !stored.is(ErrorCode::kCancelled) && !stored.is(ErrorCode::kNotFound)) {
     context_.log.write(LogLevel::kWarning, "look_not_stored",
-                       {{"job", job.id()}, {"detail", stored.error().message}});
+                       {{"job", job.id()}, {"detail", stored.error()->message}});
+  }
+}
+
+void FirstLooks::remove_parts() const {
+  std::error_code ignored;  // A part only costs space; `tessera check` lists it.
+  for (const auto& entry :
+       std::filesystem::directory_iterator(context_.data.looks_path(), ignored)) {
+    if (entry.path().extension() == kPartEnd) {
+      std::filesystem::remove(entry.path(), ignored);
+    }
   }
 }
 

@@ -23,6 +23,7 @@ class FirstLooks {
   /// Without memory or a film they are encoded when they are asked for.
   void encode(const JobPointer& job) const;
   void store(Job& job, const api::JobView& view, const std::vector<StoredLook>& looks) const;
+  void remove_parts() const;
 
   const RouteContext context_;
   Background background_;

@@ -3,6 +3,7 @@
 
 #include "server/routes/look_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -43,42 +44,95 @@ std::optional<Number> number_of(const std::string& text) {
                      : std::optional(static_cast<Number>(std::strtod(text.c_str(), nullptr)));
 }
 
-core::Result<std::string> read_file(const std::string& path) {
-  const auto file = open_file(path, O_RDONLY);
-  const auto bytes = file ? file_bytes(file->get(), path) : file.error();
-  if (!bytes) {
-    return bytes.error();
+/// More than the line of a look: two hashes, an ETag and five numbers.
+constexpr std::size_t kLineMost = 1024;
+
+/// The line of a look, and where its content is.
+struct Head {
+  std::string key;
+  std::uint64_t at = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t crc = 0;
+  std::string set_aside;
+  std::string exposure;
+};
+
+class LookFile {
+ public:
+  static core::Result<LookFile> open(const std::string& path) {
+    auto file = open_file(path, O_RDONLY);
+    const auto bytes = file ? file_bytes(file->get(), path) : file.error();
+    if (!bytes) {
+      return bytes.error();
+    }
+    return LookFile(path, *std::move(file), *bytes);
   }
-  std::string text(*bytes, '\0');
-  const auto got = read_at(file->get(), std::as_writable_bytes(std::span(text)), 0, path);
-  if (!got) {
-    return got.error();
+
+  bool has_more() const { return next_ < bytes_; }
+  core::Result<Head> next() {
+    auto line = read(next_, std::min<std::uint64_t>(kLineMost, bytes_ - next_));
+    if (!line) {
+      return line.error();
+    }
+    const std::size_t end = line->find('\n');
+    const auto words = end == std::string::npos ? std::nullopt : unseal(line->substr(0, end));
+    if (!words) {
+      return damaged();
+    }
+    Head head;
+    std::istringstream in(*words);
+    in >> head.key >> head.bytes >> head.crc >> head.set_aside >> head.exposure;
+    head.at = next_ + end + 1;
+    if (!in || head.bytes > bytes_ - head.at) {
+      return damaged();
+    }
+    next_ = head.at + head.bytes;
+    return head;
   }
-  text.resize(*got);
-  return text;
-}
+  core::Result<std::string> content(const Head& head) const {
+    auto content = read(head.at, head.bytes);
+    return content && crc_of(*content) != head.crc ? damaged() : content;
+  }
+
+ private:
+  LookFile(std::string path, UniqueFd file, std::uint64_t bytes)
+      : path_(std::move(path)), file_(std::move(file)), bytes_(bytes) {}
+  Error damaged() const { return {ErrorCode::kInternal, "a look file is damaged", path_}; }
+  core::Result<std::string> read(std::uint64_t at, std::uint64_t bytes) const {
+    std::string text(bytes, '\0');
+    const auto got = read_at(file_.get(), std::as_writable_bytes(std::span(text)), at, path_);
+    if (!got) {
+      return got.error();
+    }
+    return *got == bytes ? core::Result<std::string>(std::move(text)) : damaged();
+  }
+
+  std::string path_;
+  UniqueFd file_;
+  std::uint64_t bytes_;
+  std::uint64_t next_ = 0;
+};
 
 }  // namespace
 
-core::Status write_looks(const std::string& path, const std::vector<StoredLook>& looks) {
-  const std::string part = path + ".part";
+std::string looks_text(const std::vector<StoredLook>& looks) {
+  std::string text;
+  for (const auto& [key, picture] : looks) {
+    text += seal(key + " " + std::to_string(picture.content->size()) + " " +
+                 std::to_string(crc_of(*picture.content)) + " " + exact(picture.set_aside) + " " +
+                 exact(picture.exposure_stops)) +
+            "\n" + *picture.content;
+  }
+  return text;
+}
+
+core::Status write_looks(const std::string& path, std::string_view text) {
+  const std::string part = path + std::string(kPartEnd);
   auto file = open_file(part, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file) {
     return file.error();
   }
-  std::uint64_t at = 0;
-  const auto write = [&](std::string_view text) {
-    at += text.size();
-    return write_at(file->get(), std::as_bytes(std::span(text)), at - text.size(), part);
-  };
-  core::Status written = core::ok_status();
-  for (const auto& [key, picture] : looks) {
-    const std::string line = seal(key + " " + std::to_string(picture.content->size()) + " " +
-                                  std::to_string(crc_of(*picture.content)) + " " +
-                                  exact(picture.set_aside) + " " + exact(picture.exposure_stops));
-    written = written ? write(line + "\n") : written;
-    written = written ? write(*picture.content) : written;
-  }
+  core::Status written = write_at(file->get(), std::as_bytes(std::span(text)), 0, part);
   written = written ? rename_file(part, path) : written;
   if (!written) {
     static_cast<void>(remove_file(part));
@@ -87,41 +141,45 @@ core::Status write_looks(const std::string& path, const std::vector<StoredLook>&
 }
 
 core::Result<EncodedPicture> read_look(const std::string& path, std::string_view key) {
-  const auto text = read_file(path);
-  if (!text) {
-    return text.error();
+  auto file = LookFile::open(path);
+  if (!file) {
+    return file.error();
   }
-  const Error damaged = {ErrorCode::kInternal, "a look file is damaged", path};
-  for (std::size_t at = 0; at < text->size();) {
-    const std::size_t end = text->find('\n', at);
-    const auto words = end == std::string::npos ? std::nullopt : unseal(text->substr(at, end - at));
-    if (!words) {
-      return damaged;
+  while (file->has_more()) {
+    const auto head = file->next();
+    if (!head) {
+      return head.error();
     }
-    std::istringstream line(*words);
-    std::string name;
-    std::string set_aside;
-    std::string exposure;
-    std::size_t bytes = 0;
-    std::uint64_t crc = 0;
-    line >> name >> bytes >> crc >> set_aside >> exposure;
-    if (!line || bytes > text->size() - end - 1) {
-      return damaged;
-    }
-    at = end + 1 + bytes;
-    if (name != key) {
+    if (head->key != key) {
       continue;
     }
-    std::string content = text->substr(end + 1, bytes);
-    if (crc_of(content) != crc) {
-      return damaged;
+    auto content = file->content(*head);
+    if (!content) {
+      return content.error();
     }
-    return EncodedPicture{.content = std::make_shared<const std::string>(std::move(content)),
+    return EncodedPicture{.content = std::make_shared<const std::string>(*std::move(content)),
                           .range = {},
-                          .set_aside = number_of<double>(set_aside),
-                          .exposure_stops = number_of<float>(exposure)};
+                          .set_aside = number_of<double>(head->set_aside),
+                          .exposure_stops = number_of<float>(head->exposure)};
   }
   return Error{ErrorCode::kNotFound, "no such look", path};
+}
+
+core::Status check_looks(const std::string& path) {
+  auto file = LookFile::open(path);
+  if (!file) {
+    return file.error();
+  }
+  while (file->has_more()) {
+    const auto head = file->next();
+    if (!head) {
+      return head.error();
+    }
+    if (const auto content = file->content(*head); !content) {
+      return content.error();
+    }
+  }
+  return core::ok_status();
 }
 
 }  // namespace server

@@ -17,9 +17,16 @@ struct StoredLook {
   EncodedPicture picture;
 };
 
+/// End of the name of a file that is being written; a process that is killed leaves it behind.
+inline constexpr std::string_view kPartEnd = ".part";
+
+/// Returns the content of a look file.
+std::string looks_text(const std::vector<StoredLook>& looks);
 /// Replaces the file. Not synced. Errors: of files.h.
-core::Status write_looks(const std::string& path, const std::vector<StoredLook>& looks);
+core::Status write_looks(const std::string& path, std::string_view text);
 /// Errors: kNotFound when there is no file or no such look in it; kInternal when it is damaged.
 core::Result<EncodedPicture> read_look(const std::string& path, std::string_view key);
+/// Verifies all looks of the file. Errors: of read_look().
+core::Status check_looks(const std::string& path);
 
 }  // namespace server

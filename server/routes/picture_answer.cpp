@@ -200,7 +200,8 @@ Response picture_answer(const RouteContext& context, const Request& request, con
                           .denoised = planes_of(denoised),
                           .denoised_view = denoised_view,
                           .scene = scene_for_names(context.jobs, *job, format),
-                          .tenant = request.access.tenant};
+                          .tenant = request.access.tenant,
+                          .auto_exposure = is_kept ? job->auto_exposure() : std::nullopt};
     return PictureMaker(context.memory, context.about).make(of, picture, MemoryGate::kPatience);
   };
   core::Result<EncodedPicture> encoded =

@@ -415,6 +415,13 @@ CREATE TABLE signing_keys(
   created_at REAL NOT NULL
 ) WITHOUT ROWID;
 )sql",
+    // Workers that returned wrong results.
+    R"sql(
+CREATE TABLE suspended_workers(
+  number INTEGER PRIMARY KEY,
+  worker TEXT NOT NULL UNIQUE
+);
+)sql",
 };
 
 }  // namespace

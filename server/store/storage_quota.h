@@ -1,8 +1,9 @@
 /// StorageQuota: storage used by the data directory, in total and by tenant, and its limits.
 ///
-/// Counted are assets and scenes, for each tenant that keeps them; films on disk; and for an
-/// unfinished job the largest size of its film. The operator is limited only by the total. The
-/// total refuses only assets: films are evicted to meet it (JobService).
+/// Counted are assets and scenes, for each tenant that keeps them; films on disk, with the images
+/// stored beside them; and for an unfinished job the largest size of its film. The operator is
+/// limited only by the total. The total refuses only assets: films are evicted to meet it
+/// (JobService).
 #pragma once
 
 #include <cstdint>

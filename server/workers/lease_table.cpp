@@ -34,6 +34,10 @@ constexpr int kLeasesRemembered = 40;
 constexpr std::chrono::seconds kRestFirst{1};
 constexpr int kDoublingsMost = 6;
 
+constexpr const char* kSuspended =
+    "its result differed from that of the server; restart the worker once its machine has been "
+    "checked";
+
 Error not_open(const std::string& unit) {
   return Error{ErrorCode::kNotFound, "no unit \"" + unit + "\" is open", ""};
 }
@@ -54,8 +58,11 @@ LeaseTable::Counts LeaseTable::counts() const {
 // Workers.
 
 std::string LeaseTable::why_idle(const Worker& worker, Time now) const {
-  if (!worker.unsuitable.empty() || !worker.suspended.empty()) {
-    return worker.unsuitable.empty() ? worker.suspended : worker.unsuitable;
+  if (!worker.unsuitable.empty()) {
+    return worker.unsuitable;
+  }
+  if (suspended_.contains(worker.view.id)) {
+    return kSuspended;
   }
   if (now >= worker.rests_until) {
     return "";
@@ -424,9 +431,7 @@ std::vector<std::string> LeaseTable::judge(const std::string& name, const std::s
       const std::string worker = (*result)->worker;
       log_.write(LogLevel::kError, "results_differ",
                  {{"unit", name}, {"worker", worker}, {"other_worker", "the server"}});
-      if (suspend(worker,
-                  "its result differed from that of the server; restart the worker once "
-                  "its machine has been checked")) {
+      if (suspend(worker)) {
         suspended.push_back(worker);
       }
     }
@@ -434,15 +439,15 @@ std::vector<std::string> LeaseTable::judge(const std::string& name, const std::s
   return suspended;
 }
 
-bool LeaseTable::suspend(const std::string& name, const std::string& reason) {
-  Worker& worker = workers_[name];
-  if (!worker.suspended.empty()) {
+bool LeaseTable::suspend(const std::string& name) {
+  if (!suspended_.insert(name).second) {
     return false;
   }
-  worker.suspended = reason;
-  ++worker.view.faults;
+  if (const auto worker = workers_.find(name); worker != workers_.end()) {
+    ++worker->second.view.faults;
+  }
   ++counts_.suspended;
-  log_.write(LogLevel::kError, "worker_suspended", {{"worker", name}, {"detail", reason}});
+  log_.write(LogLevel::kError, "worker_suspended", {{"worker", name}, {"detail", kSuspended}});
   for (auto& [unit_name, unit] : units_) {
     unit.drop_lease(name);
     if (unit.first && unit.first->worker == name && !unit.is_busy) {

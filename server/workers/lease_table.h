@@ -7,7 +7,7 @@
 /// Faults are counted by worker. A worker that fails a unit rests, each time in a row for twice as
 /// long, and does not get that unit again while there are others. If two results differ, or no
 /// worker is left to render or verify a unit, the coordinator renders it. The worker whose result
-/// differs from the coordinator's is suspended until it is restarted.
+/// differs from the coordinator's is suspended until it is restarted: a worker has another id then.
 ///
 /// It has no threads, no lock and no clock: each call is given the time, and the caller locks
 /// (WorkBoard).
@@ -117,6 +117,8 @@ class LeaseTable {
   void begin_own(const std::string& name);
   /// Suspends the workers whose results differ from this one, the coordinator's, and returns them.
   std::vector<std::string> judge(const std::string& name, const std::string& digest);
+  /// Suspends workers that an earlier process has suspended.
+  void suspend_again(std::set<std::string> workers) { suspended_.merge(workers); }
   /// Returns the units that no worker is left to render or, after one has, to verify.
   std::vector<std::string> hopeless(Time now) const;
 
@@ -156,7 +158,6 @@ class LeaseTable {
     double samples = 0;      ///< In its results.
     double seconds = 0;      ///< During which it held their leases.
     std::string unsuitable;  ///< Why; empty: it is suitable.
-    std::string suspended;   ///< Why; empty: it is not.
     int failures = 0;        ///< In a row.
     Time rests_until;        ///< After its last failure.
     std::string last_fault;
@@ -174,7 +175,7 @@ class LeaseTable {
   void fail_unit(Units::value_type& unit, const std::string& worker, Fault fault,
                  const std::string& reason, Time now);
   /// Returns false if it was suspended before.
-  bool suspend(const std::string& worker, const std::string& reason);
+  bool suspend(const std::string& worker);
   /// Returns why the worker gets no units now; empty: it gets some.
   std::string why_idle(const Worker& worker, Time now) const;
   bool is_live(const Worker& worker, Time now) const {
@@ -191,6 +192,7 @@ class LeaseTable {
   Log& log_;
   Units units_;
   std::map<std::string, Worker> workers_;
+  std::set<std::string> suspended_;  ///< Also those that are silent.
   std::set<std::string> to_report_;
   Counts counts_;
   std::mt19937_64 chance_{std::random_device()()};

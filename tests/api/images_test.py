@@ -8,7 +8,7 @@ import struct
 import time
 
 from churn import metric
-from harness import PATIENCE_S, ApiTest, job_body, png_pixels, png_size
+from harness import PATIENCE_S, ApiTest, job_body, png_pixels, png_size, tessera
 
 MAGIC = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "webp": b"RIFF", "exr": b"\x76\x2f\x31\x01",
          "hdr": b"#?", "tif": (b"II*\0", b"MM\0*"), "avif": b"\0\0\0\x1cftypavif"}
@@ -502,10 +502,14 @@ class FirstLooks(ApiTest):
     def test_they_are_stored_and_do_not_need_the_film_after_a_restart(self):
         body = job_body(samples=2)
         body["film"] = {"width": 1920, "height": 1080, "layers": []}
+        films = 'tessera_stored_bytes{kind="films"}'
+        stored = metric(self.server, films)
         job = self.server.render(body)["id"]
         looks = pathlib.Path(self.server.data, "looks")
+        film = pathlib.Path(self.server.data, "films", job + ".film")
         deadline = time.monotonic() + PATIENCE_S
-        while not (looks / job).exists():
+        while not (looks / job).exists() or metric(self.server, films) - stored != (
+                512 * film.stat().st_blocks + (looks / job).stat().st_size):
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.02)
         paths = [f"/v1/jobs/{job}/{image}" for image in (
@@ -525,7 +529,14 @@ class FirstLooks(ApiTest):
         content = bytearray((looks / job).read_bytes())
         content[-1000] ^= 1
         (looks / job).write_bytes(content)
+        part = looks / (job + ".part")  # as a kill leaves it behind
+        part.touch()
+        code, said, _ = tessera("check", "--data", self.server.data)
+        self.assertEqual(code, 1, said)
+        self.assertIn(f"damaged: looks/{job}: ", said)
+        self.assertIn(f"left over: look file {job}.part", said)
         self.server.start()
+        self.assertFalse(part.exists())
         for path, old in zip(paths, before):
             self.assertEqual(self.server.get(path).body, old.body)
         self.assertIn("look_damaged", self.server.log_text())

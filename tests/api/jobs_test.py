@@ -42,6 +42,8 @@ class Submitting(ApiTest):
                 "film_digest",
                 "denoised",
                 "denoising",
+                "doubted",
+                "merged",
                 "warnings",
                 "warning_details",
                 "links",

@@ -512,9 +512,16 @@ class VerifyTest(FarmTest):
         warned = farm.server.wait_until(spoilt["id"], lambda j: j["warnings"] != spoilt["warnings"],
                                          "the warning")
         self.assertRegex(str(warned["warnings"]), "the image may be wrong")
+        self.assertEqual((spoilt["doubted"], warned["doubted"]), (False, True))
+        merged = farm.server.post("/v1/films/merge", {"films": [spoilt["id"]]}).json()
+        self.assertTrue(merged["doubted"], merged)
         self.assertEqual(farm.server.post(f"/v1/jobs/{spoilt['id']}/retry").status, 202)
         right = self.check_film(farm, spoilt["id"], body)
         self.assertEqual(right["warnings"], spoilt["warnings"])
+        self.assertFalse(right["doubted"])
+        farm.server.kill()
+        farm.server.start()
+        farm.wait_for_worker(liar.id, lambda w: w["state"] == "suspended", "the worker that lied")
 
     def test_the_server_verifies_a_single_worker(self):
         farm = self.farm(verify=1, workers=1)

@@ -367,6 +367,44 @@ test('a job can be paused, resumed and cancelled', { timeout: 300_000 }, () =>
   }),
 );
 
+test('a doubted render can be tried again, a merged one can only be looked at', () =>
+  withPage(desktop, async (page) => {
+    const jobs = `${server.url}/v1/jobs`;
+    const headers = { 'Content-Type': 'application/json' };
+    const post = async (path, sent) => {
+      const body = JSON.stringify(sent);
+      return (await ask(server.url + path, { method: 'POST', headers, body })).json();
+    };
+    const render = async (seed) => {
+      const film = { width: 16, height: 16 };
+      const stop = { samples_per_pixel: 2 };
+      const { id } = await post('/v1/jobs', { scene: 'furnace', film, stop, seed });
+      return (await ask(`${jobs}/${id}?wait=25`)).json();
+    };
+    const shows = async (job, actions) => {
+      await page.evaluate((id) => (location.hash = `#/jobs/${id}`), job.id);
+      await until('the end', async () => /^Finished/.test(await text(page, 'state')));
+      for (const [action, count] of Object.entries(actions))
+        await settles(action, () => page.getByTestId(action).count(), count);
+    };
+    const one = await render(1);
+    const other = await render(2);
+    await shows(one, { retry: 0, extend: 1 });
+    const merged = await post('/v1/films/merge', { films: [one.id, other.id] });
+    assert.ok(merged.merged);
+    await shows(merged, { retry: 0, extend: 0 });
+    const data = JSON.stringify({ ...other, doubted: true });
+    const body = `event: snapshot\ndata: ${data}\n\n`;
+    await page.route(`**/v1/jobs/${other.id}/events`, (route) =>
+      route.fulfill({ contentType: 'text/event-stream', body }),
+    );
+    await shows(other, { retry: 1, extend: 0 });
+    const asked = page.waitForRequest(`${jobs}/${other.id}/retry`);
+    await page.getByTestId('retry').click();
+    await asked;
+  }),
+);
+
 test('deleting a render needs a second press', { timeout: 300_000 }, () =>
   withPage(desktop, async (page) => {
     await submit(page, { scene: 'furnace', samples: 8 });

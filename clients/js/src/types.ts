@@ -1170,6 +1170,16 @@ export interface Job {
   denoised: Denoised | null;
   /** A denoised image is being made: on request, while it renders or afterwards. */
   denoising: boolean;
+  /**
+   * A worker that rendered parts of the image unchecked returned wrong results later: the image may
+   * be wrong. A warning says what helps.
+   */
+  doubted: boolean;
+  /**
+   * The film was merged from samples that no single job renders: the job cannot be extended or
+   * retried.
+   */
+  merged: boolean;
   /** Adjustments made to the request, and other warnings. */
   warnings: string[];
   /** Those of `warnings` that are about the scene's file, for programs. */

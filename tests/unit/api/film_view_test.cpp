@@ -21,6 +21,7 @@ TEST(FilmText, HasTheMembersThatAMergeRequires) {
   job.stop_reason = core::StopReason::kRelativeError;
   job.progress.elapsed_seconds = 2.5;
   job.build = R"({"id":"abc"})";
+  job.is_doubted = true;
   const std::string text = api::film_text(job, {{7, 2, 4, 64}}, "d1");
   const auto origin = api::parse_film_text(text);
   ASSERT_TRUE(origin) << text;
@@ -28,6 +29,7 @@ TEST(FilmText, HasTheMembersThatAMergeRequires) {
   EXPECT_EQ(origin->stop_reason, core::StopReason::kRelativeError);
   EXPECT_EQ(origin->elapsed_seconds, 2.5);
   EXPECT_EQ(origin->build, R"({"id":"abc"})");
+  EXPECT_TRUE(origin->is_doubted);
   EXPECT_NE(
       text.find(
           R"("samples":[{"seed":7,"first_replicate":2,"replicates":4,"samples_per_pixel":64}])"),

@@ -51,6 +51,8 @@ TEST(JobView, HasTheDocumentedMembers) {
                                                  "film_digest",
                                                  "denoised",
                                                  "denoising",
+                                                 "doubted",
+                                                 "merged",
                                                  "warnings",
                                                  "warning_details",
                                                  "links"}));
@@ -174,10 +176,17 @@ TEST(JobView, ShowsTheProblemOfAFailure) {
 
 TEST(JobEtag, CoversStateSpecAndRevision) {
   const api::JobView job = api::example_job();
-  EXPECT_EQ(api::job_etag(job), "\"s1-r2040-rendering\"");
+  EXPECT_EQ(api::job_etag(job), "\"s1-r2040-rendering-w1\"") << "it has a warning";
   api::JobView other = job;
   other.state = api::JobState::kPaused;
   EXPECT_NE(api::job_etag(other), api::job_etag(job));
+  other = job;
+  other.warnings.emplace_back("It may be wrong.");
+  EXPECT_NE(api::job_etag(other), api::job_etag(job)) << "after the end too";
+  other = job;
+  other.denoised = api::DenoisedView{};
+  EXPECT_NE(api::job_etag(other), api::job_etag(job));
+  EXPECT_TRUE(api::etag_spec_version(api::job_etag(other)));
 }
 
 TEST(JobEtag, ReturnsTheSpecVersion) {

@@ -86,6 +86,42 @@ TEST_F(FullDiskJobs, PausesAJobUntilThereIsSpace) {
   EXPECT_TRUE(wait_until([&] { return jobs->counts().held_bytes == 0; }));
 }
 
+TEST_F(FullDiskJobs, AJobThatYieldsPausesIfItsFilmCannotBeStored) {
+  options.book.running_max = 1;
+  options.checkpoint_seconds = 1000;
+  restart();
+  const auto job = jobs->submit(large_request(kForever), {})->job;
+  ASSERT_TRUE(wait_for_samples(job));
+  const FullDisk full(kLessThanTheFilm);
+  ASSERT_TRUE(jobs->submit(large_request(kForever), {}));
+  ASSERT_TRUE(wait_for(job, JobState::kPaused));
+  EXPECT_EQ(jobs->view(*job).pause_reason, api::PauseReason::kStorageFull);
+}
+
+TEST_F(FullDiskJobs, AFilmThatCannotBeStoredIsNotTriedAgainAtOnce) {
+  api::JobView view;
+  view.spec = large_request(kForever).spec;
+  memory_max_bytes = (server::blank_film(view)->bytes() + (4 << 20U)) * 3 / 2 * 8 / 7;  // for one
+  options.checkpoint_seconds = 1000;
+  restart();
+  const auto job = jobs->submit(large_request(kForever), {})->job;
+  ASSERT_TRUE(wait_for_samples(job));
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, Access::operators()));
+  const FullDisk full(kLessThanTheFilm);
+  ASSERT_TRUE(jobs->submit(large_request(kForever), {}));  // The paused one is to be parked.
+  const auto failures = [this] {
+    server::MetricsText text;
+    metrics.write(text);
+    const std::string all = text.take();
+    const std::string kName = R"(tessera_checkpoints_total{outcome="failed"} )";
+    const std::size_t at = all.find(kName);
+    return at == std::string::npos ? -1 : std::stoi(all.substr(at + kName.size()));
+  };
+  ASSERT_TRUE(wait_until([&] { return failures() > 0; }));
+  std::this_thread::sleep_for(milliseconds(1000));  // four attempts to admit the other one
+  EXPECT_EQ(failures(), 1);
+}
+
 TEST_F(FullDiskJobs, CancelsAWaitingJobAndReleasesEverything) {
   const FullDisk full(kLessThanTheFilm);
   for (const int samples : {2, kForever}) {  // at its end, and before

@@ -60,7 +60,7 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   api::add_warning(record.view, {"padding", "", "of the\tcontainer"});
   record.failure = core::Error{core::ErrorCode::kNoSpace, "the disk is full", "/films/a"};
   record.unverified = {"worker 1", "worker 2"};
-  record.is_doubted = true;
+  record.view.is_doubted = true;
   record.view.progress.samples_max = 4;
   record.view.progress.elapsed_seconds = 2;
   record.view.progress.cpu_seconds = 4;
@@ -79,12 +79,40 @@ TEST(JobRecord, IsRestoredFromItsRow) {
   ASSERT_TRUE(back->view.failure);
   EXPECT_EQ(back->view.failure->status, 507);
   EXPECT_EQ(back->unverified, record.unverified);
-  EXPECT_TRUE(back->is_doubted);
+  EXPECT_TRUE(back->view.is_doubted);
   EXPECT_EQ(back->view.progress.samples_max, 4);
   EXPECT_EQ(back->view.progress.rays_per_second, 50);
   EXPECT_EQ(back->view.progress.efficiency(), 1.0);                 // 1 / (0.5^2 * 4 s)
   EXPECT_DOUBLE_EQ(back->view.progress.efficiency_low(), 4.0 / 9);  // 1 / (0.75^2 * 4 s)
   EXPECT_EQ(back->view.progress.efficiency_high(), 4.0);            // 1 / (0.25^2 * 4 s)
+}
+
+TEST(JobRecord, TheWarningOfADoubtedJobSaysWhatHelps) {
+  struct Case {
+    JobState state;
+    core::SampleLedger ledger;
+    const char* remedy;
+  };
+  for (const Case& each :
+       {Case{JobState::kFinished, {}, "Retry the job to render it anew."},
+        Case{JobState::kFailed, {}, "Retry the job to render it anew."},
+        Case{JobState::kCancelled, {}, "Submit the job again to render it anew."},
+        Case{JobState::kFinished,
+             {{0, 0, 2, 8}, {1, 0, 2, 8}},
+             "Retry the jobs of the films that were merged, and merge them again."}}) {
+    server::JobRecord record = made_record();
+    record.view.state = each.state;
+    record.view.ledger = each.ledger;
+    server::doubt(record.view);
+    server::doubt(record.view);
+    ASSERT_EQ(record.view.warnings.size(), 1U);
+    EXPECT_TRUE(record.view.warnings[0].ends_with(each.remedy)) << record.view.warnings[0];
+    EXPECT_EQ(server::can_begin_again(record.view),
+              std::string(each.remedy).starts_with("Retry the job to"));
+    server::forget_samples(record);
+    EXPECT_FALSE(record.view.is_doubted);
+    EXPECT_TRUE(record.view.warnings.empty());
+  }
 }
 
 TEST(JobRecord, UnknownErrorStaysUnknown) {

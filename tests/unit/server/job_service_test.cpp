@@ -365,7 +365,9 @@ TEST_F(Jobs, EndedJobsWithSamplesOfALiarAreWarnedOfWhereverTheyAre) {
   const auto warnings = [&](const std::string& id) {
     const auto found = jobs->find(id, Access::operators());
     const auto all = found ? jobs->view(**found).warnings : std::vector<std::string>();
-    return std::count(all.begin(), all.end(), server::kDoubtedWarning);
+    return std::count_if(all.begin(), all.end(), [](const std::string& text) {
+      return text.find("the image may be wrong") != std::string::npos;
+    });
   };
   restart();
   jobs->distrust("\"of course\"");
@@ -399,6 +401,31 @@ TEST_F(Jobs, ADoubtedJobIsNotContinuedButRenderedAnewWhenItIsRetried) {
   ASSERT_TRUE(jobs->cancel(busy));
   ASSERT_TRUE(wait_for(job, JobState::kFinished));
   EXPECT_EQ(jobs->view(*job).film_digest, before.film_digest);
+}
+
+TEST_F(Jobs, AFilmThatIsMergedWhileALiarIsFoundIsDoubted) {
+  const auto job = submit(2);
+  jobs->note_unverified(*job, "liar");
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  const auto film = jobs->films().final_film(*job, {});
+  ASSERT_TRUE(film);
+  JobService::FinishedFilm merged;
+  merged.spec = job->record().view.spec;
+  merged.film = *film;
+  merged.unverified = job->record().unverified;
+  const auto before = jobs->add_finished(merged);
+  ASSERT_TRUE(before);
+  jobs->distrust("liar");
+  const auto after = jobs->add_finished(merged);
+  ASSERT_TRUE(after);
+  restart();
+  const auto later = jobs->add_finished(merged);
+  ASSERT_TRUE(later);
+  for (const JobPointer& each : {*before, *after, *later}) {
+    const auto found = jobs->find(each->id(), Access::operators());
+    ASSERT_TRUE(found);
+    EXPECT_TRUE(jobs->view(**found).is_doubted);
+  }
 }
 
 TEST_F(Jobs, ARequestByContentIsNotAnsweredWithADoubtedJob) {

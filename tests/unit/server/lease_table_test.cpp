@@ -363,6 +363,10 @@ TEST_F(VerifiedUnitsTest, TheWorkerWhoseResultDiffersFromTheCoordinatorsIsSuspen
   EXPECT_EQ(lease("late", "a"), std::nullopt);
   pass(seconds(1000), {"a", "b"});
   EXPECT_EQ(state_of("b"), "suspended") << "until it is restarted";
+  now_ += seconds(1000);  // It is forgotten meanwhile.
+  table_.expire(now_);
+  report("b");
+  EXPECT_EQ(state_of("b"), "suspended") << "silence is no restart";
   EXPECT_EQ(table_.counts().suspended, 1U);
 }
 

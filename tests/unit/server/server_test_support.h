@@ -51,7 +51,7 @@ std::string triangle_buffer();
 /// Reverts the jobs of a store to the schema with a column for each member. Of those that are not
 /// columns today, keeps spec, stop_reason and samples_mean.
 inline constexpr const char* kBackToSchema15 = R"sql(
-DROP TABLE presets; DROP TABLE signing_keys;
+DROP TABLE presets; DROP TABLE signing_keys; DROP TABLE suspended_workers;
 ALTER TABLE jobs ADD COLUMN spec_version INTEGER NOT NULL DEFAULT 1;
 ALTER TABLE jobs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN created_at REAL NOT NULL DEFAULT 0;

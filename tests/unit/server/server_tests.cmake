@@ -18,6 +18,7 @@ set(SERVER_TEST_SOURCES
   job_service_test.cpp
   lease_table_test.cpp
   memory_test.cpp
+  parked_jobs_test.cpp
   pilot_test.cpp
   scene_service_test.cpp
   scheduler_test.cpp

@@ -15,6 +15,7 @@
 #include "server/store/preset_table.h"
 #include "server/store/scene_table.h"
 #include "server/store/schema.h"
+#include "server/store/worker_table.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
@@ -26,6 +27,7 @@ using server::JobQuery;
 using server::JobRow;
 using server::JobTable;
 using server::SceneTable;
+using server::WorkerTable;
 using test_support::TemporaryFolder;
 
 JobRow made_job(std::int64_t sequence, std::string id) {
@@ -539,6 +541,26 @@ TEST(DataDir, RefusesAPathThatIsAFile) {
   const auto opened = server::DataDir::open(folder.file("data"));
   ASSERT_FALSE(opened);
   EXPECT_FALSE(opened.error().message.empty());
+}
+
+TEST_F(Store, KeepsTheNewestSuspendedWorkers) {
+  WorkerTable workers(*database);
+  ASSERT_TRUE(database->transact([](Database::Session& session) {
+    for (int i = 0; i < WorkerTable::kMost; ++i) {
+      auto insert = session.prepare("INSERT INTO suspended_workers(worker) VALUES(?)");
+      EXPECT_TRUE(insert.bind(std::to_string(i)).run());
+    }
+    return core::ok_status();
+  }));
+  ASSERT_TRUE(workers.suspend("9"));  // known
+  ASSERT_TRUE(workers.suspend("a"));
+  ASSERT_TRUE(workers.suspend("b"));
+  const auto suspended = workers.suspended();
+  ASSERT_TRUE(suspended);
+  EXPECT_EQ(suspended->size(), static_cast<std::size_t>(WorkerTable::kMost));
+  EXPECT_FALSE(suspended->contains("1"));
+  EXPECT_TRUE(suspended->contains("2"));
+  EXPECT_TRUE(suspended->contains("b"));
 }
 
 }  // namespace

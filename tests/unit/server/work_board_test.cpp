@@ -111,6 +111,16 @@ class WorkBoardTest : public test_support::JobsFixture {
   std::deque<std::string> names_;
 };
 
+TEST_F(WorkBoardTest, ASuspendedWorkerStaysSuspendedWhenTheServerStartsAgain) {
+  jobs->distrust("liar");
+  restart();
+  report("liar");
+  report("honest");
+  for (const api::WorkerView& worker : board().workers()) {
+    EXPECT_EQ(worker.state, worker.id == "liar" ? "suspended" : "idle");
+  }
+}
+
 TEST_F(WorkBoardTest, UnitsOfAWorkerMakeTheFilmOfAProcess) {
   report("a");
   const JobPointer job = submit(kSamples);

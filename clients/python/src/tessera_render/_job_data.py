@@ -108,6 +108,16 @@ class JobData:
         return None if digest is None else str(digest)
 
     @property
+    def doubted(self) -> bool:
+        """A worker that rendered parts of the image unchecked returned wrong results later."""
+        return bool(self.data.get("doubted"))
+
+    @property
+    def merged(self) -> bool:
+        """Merged from samples that no single job renders: it cannot be extended or retried."""
+        return bool(self.data.get("merged"))
+
+    @property
     def warnings(self) -> list[str]:
         return list(self.data.get("warnings") or [])
 

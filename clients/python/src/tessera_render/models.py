@@ -836,6 +836,8 @@ class Job(TypedDict):
     film_digest: str | None
     denoised: Denoised | None
     denoising: bool
+    doubted: bool
+    merged: bool
     warnings: list[str]
     warning_details: list[Warning]
     links: dict[str, str]

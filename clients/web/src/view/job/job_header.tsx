@@ -87,6 +87,12 @@ function extensions(job: Job, mostSamples: number): Extension[] {
   return out;
 }
 
+const canBeRetried = (job: Job): boolean =>
+  job.state === 'failed' || (job.state === 'finished' && job.doubted && !job.merged);
+
+const canBeExtended = (job: Job): boolean =>
+  job.state === 'finished' && !job.doubted && !job.merged;
+
 export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: LinkState }) {
   const [busy, setBusy] = useState(false);
   const act = async (operation: () => Promise<Job | void>): Promise<void> => {
@@ -187,7 +193,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             <Icon name="stop" /> Cancel
           </button>
         )}
-        {job.state === 'failed' && (
+        {canBeRetried(job) && (
           <button
             type="button"
             class="quiet"
@@ -198,7 +204,7 @@ export function JobHeader({ feed, job, link }: { feed: JobFeed; job: Job; link: 
             <Icon name="play" /> Try again
           </button>
         )}
-        {job.state === 'finished' && (
+        {canBeExtended(job) && (
           <Menu
             label={
               <>

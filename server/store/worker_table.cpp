@@ -1,0 +1,33 @@
+#include "server/store/worker_table.h"
+
+namespace server {
+
+core::Status WorkerTable::suspend(const std::string& worker) {
+  return database_.transact([&](Database::Session& session) -> core::Status {
+    Statement insert = session.prepare("INSERT OR IGNORE INTO suspended_workers(worker) VALUES(?)");
+    if (auto inserted = insert.bind(worker).run(); !inserted) {
+      return inserted;
+    }
+    return session
+        .prepare(
+            "DELETE FROM suspended_workers WHERE number NOT IN"
+            " (SELECT number FROM suspended_workers ORDER BY number DESC LIMIT ?)")
+        .bind(std::int64_t{kMost})
+        .run();
+  });
+}
+
+core::Result<std::set<std::string>> WorkerTable::suspended() const {
+  auto session = database_.session();
+  Statement select = session.prepare("SELECT worker FROM suspended_workers");
+  std::set<std::string> workers;
+  while (select.step()) {
+    workers.insert(select.text(0));
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return workers;
+}
+
+}  // namespace server

@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <utility>
 
 #include <fcntl.h>
 #include <sqlite3.h>
@@ -18,6 +19,9 @@ using core::ErrorCode;
 using core::Status;
 
 namespace {
+
+/// The texts in this folder are fewer; those of lists depend on what is asked for.
+constexpr std::size_t kKeptStatements = 128;
 
 bool is_full(int number) { return number == ENOSPC || number == EDQUOT || number == EFBIG; }
 
@@ -94,20 +98,51 @@ int errno_of(sqlite3* db, int code) {
 
 }  // namespace
 
-Statement::Statement(sqlite3* db, const char* sql, std::string path)
-    : db_(db), path_(std::move(path)) {
-  check(sqlite3_prepare_v2(db_, sql, -1, &statement_, nullptr));
+int StatementPool::take(sqlite3* db, const char* sql, sqlite3_stmt*& statement) {
+  if (const auto kept = kept_.find(std::string_view(sql)); kept != kept_.end() && kept->second) {
+    statement = std::exchange(kept->second, nullptr);
+    return SQLITE_OK;
+  }
+  return sqlite3_prepare_v3(db, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
+}
+
+void StatementPool::give_back(sqlite3_stmt* statement) {
+  const char* sql = statement == nullptr ? nullptr : sqlite3_sql(statement);
+  auto kept = sql == nullptr ? kept_.end() : kept_.find(std::string_view(sql));
+  if (sql != nullptr && kept == kept_.end() && kept_.size() < kKeptStatements) {
+    kept = kept_.emplace(sql, nullptr).first;
+  }
+  if (kept == kept_.end() || kept->second != nullptr) {
+    sqlite3_finalize(statement);
+    return;
+  }
+  sqlite3_reset(statement);
+  sqlite3_clear_bindings(statement);
+  kept->second = statement;
+}
+
+void StatementPool::clear() {
+  for (const auto& [sql, statement] : kept_) {
+    sqlite3_finalize(statement);
+  }
+  kept_.clear();
+}
+
+Statement::Statement(sqlite3* db, StatementPool& pool, const char* sql, std::string path)
+    : db_(db), pool_(&pool), path_(std::move(path)) {
+  check(pool.take(db_, sql, statement_));
 }
 
 Statement::Statement(Statement&& other) noexcept
     : db_(other.db_),
+      pool_(other.pool_),
       statement_(std::exchange(other.statement_, nullptr)),
       bound_(other.bound_),
       failure_(other.failure_),
       message_(std::move(other.message_)),
       path_(std::move(other.path_)) {}
 
-Statement::~Statement() { sqlite3_finalize(statement_); }
+Statement::~Statement() { pool_->give_back(statement_); }
 
 void Statement::check(int code) {
   if (code != SQLITE_OK && code != SQLITE_ROW && code != SQLITE_DONE && failure_ == SQLITE_OK) {
@@ -285,6 +320,7 @@ Database::~Database() {
   if (handle_ != nullptr && sqlite3_db_readonly(handle_, "main") == 0) {
     mark_.note_unknown();
   }
+  statements_.clear();
   sqlite3_close_v2(handle_);
   if (!mark_.has_log()) {  // It was the last connection.
     mark_.note_closed();

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -23,11 +25,24 @@ struct sqlite3_stmt;
 
 namespace server {
 
+/// Prepared statements that are not in use: to prepare one takes longer than to run it.
+class StatementPool {
+ public:
+  /// Prepares the text, unless it is there.
+  int take(sqlite3* db, const char* sql, sqlite3_stmt*& statement);
+  /// Keeps it without its parameters, or finalizes it.
+  void give_back(sqlite3_stmt* statement);
+  void clear();
+
+ private:
+  std::map<std::string, sqlite3_stmt*, std::less<>> kept_;  ///< By text; null: in use.
+};
+
 /// One prepared statement. The first failure is kept: bind, step and read, then check status()
 /// once.
 class Statement {
  public:
-  Statement(sqlite3* db, const char* sql, std::string path);
+  Statement(sqlite3* db, StatementPool& pool, const char* sql, std::string path);
   Statement(Statement&& other) noexcept;
   Statement& operator=(Statement&&) = delete;
   Statement(const Statement&) = delete;
@@ -55,6 +70,7 @@ class Statement {
  private:
   void check(int code);
   sqlite3* db_;
+  StatementPool* pool_;
   sqlite3_stmt* statement_ = nullptr;
   int bound_ = 0;
   int failure_ = 0;
@@ -78,7 +94,9 @@ class Database {
   /// Holds the connection for as long as this object lives: a few lines, never while calling out.
   class Session {
    public:
-    Statement prepare(const char* sql) { return Statement(db_->handle_, sql, db_->path_); }
+    Statement prepare(const char* sql) {
+      return Statement(db_->handle_, db_->statements_, sql, db_->path_);
+    }
     /// Runs statements without parameters and rows.
     core::Status execute(const char* sql);
     std::int64_t last_row_id() const;
@@ -141,6 +159,7 @@ class Database {
         mark_(path_),
         damage_(std::move(damage)) {}
   sqlite3* handle_;
+  StatementPool statements_;  ///< Of sessions, which hold mutex_.
   std::string path_;
   DiskReserve reserve_;
   const DatabaseMark mark_;

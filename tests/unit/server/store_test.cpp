@@ -471,6 +471,22 @@ TEST_F(Store, ListsContainOnlyTheJobsOfOneTenant) {
   EXPECT_EQ(listed(query), (std::vector<std::string>{"job2"}));
 }
 
+TEST_F(Store, PreparedStatementsAreUsedAgainWithoutTheirParametersAndRows) {
+  constexpr const char* kText = "SELECT ? UNION ALL SELECT 'second'";
+  auto session = database->session();
+  {
+    server::Statement first = session.prepare(kText);
+    ASSERT_TRUE(first.bind("a").step());
+    EXPECT_EQ(first.text(0), "a");
+  }  // In the middle of its rows.
+  server::Statement again = session.prepare(kText);
+  server::Statement beside = session.prepare(kText);
+  ASSERT_TRUE(beside.bind("b").step());
+  ASSERT_TRUE(again.step());
+  EXPECT_EQ(again.text(0), "");
+  EXPECT_EQ(beside.text(0), "b");
+}
+
 TEST(StoreFile, RefusesAFileThatIsNotADatabaseByPath) {
   const TemporaryFolder folder;
   const std::string path = folder.file("tessera.db");

@@ -9,53 +9,28 @@
 
 #include <gtest/gtest.h>
 
-#include "server/jobs/job_service.h"
-#include "server/store/database.h"
+#include "tests/unit/server/server_parts.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace test_support {
 
 /// A server without HTTP; restart() acts like a new process.
-class JobsFixture : public testing::Test {
+class JobsFixture : public testing::Test, protected ServerParts {
  protected:
   void SetUp() override { start(); }
   void TearDown() override { halt(); }
 
   void start() {
-    auto opened_data = server::DataDir::open(folder.file("data"));
-    ASSERT_TRUE(opened_data) << opened_data.error().message;
-    data = std::make_unique<server::DataDir>(std::move(*opened_data));
-    auto opened = server::Database::open(data->database_path());
-    ASSERT_TRUE(opened);
-    database = std::move(*opened);
-    auto store = server::BlobStore::open(data->assets_path());
-    ASSERT_TRUE(store);
-    blobs = std::make_unique<server::BlobStore>(std::move(*store));
-    table = std::make_unique<server::JobTable>(*database);
-    scene_table = std::make_unique<server::SceneTable>(*database);
-    quota = std::make_unique<server::StorageQuota>(*database, storage);
-    assets = std::make_unique<server::Assets>(*database, *blobs);
-    memory = std::make_unique<server::MemoryGate>(memory_max_bytes);
-    scenes = std::make_unique<server::SceneService>(*assets, *scene_table, *quota, *memory,
-                                                    scene_options);
+    ASSERT_EQ(open(folder.file("data"), storage), "");
+    load_scenes(memory_max_bytes, scene_options);
     const auto run = table->next_run();
     ASSERT_TRUE(run);
-    jobs = std::make_unique<server::JobService>(
-        server::JobServiceParts{*table, *scenes, *data, log, metrics, *quota, *memory}, options,
-        *run);
+    jobs = std::make_unique<server::JobService>(of_jobs(), options, *run);
     ASSERT_TRUE(jobs->resume());
   }
   void halt() {
     jobs.reset();
-    scenes.reset();
-    memory.reset();
-    quota.reset();
-    scene_table.reset();
-    table.reset();
-    assets.reset();
-    blobs.reset();
-    database.reset();
-    data.reset();
+    close();
   }
   void restart() {
     halt();
@@ -109,26 +84,15 @@ class JobsFixture : public testing::Test {
   }
 
   TemporaryFolder folder;
-  server::Log log{server::LogLevel::kOff};
-  server::Metrics metrics;
   server::JobServiceOptions options = [] {
     server::JobServiceOptions made;
     made.threads = 2;
     made.checkpoint_seconds = 0.1;
     return made;
   }();
-  std::unique_ptr<server::DataDir> data;
-  std::unique_ptr<server::Database> database;
-  std::unique_ptr<server::BlobStore> blobs;
-  std::unique_ptr<server::Assets> assets;
-  std::unique_ptr<server::JobTable> table;
-  std::unique_ptr<server::SceneTable> scene_table;
   server::StorageLimits storage;
   server::SceneServiceOptions scene_options;
-  std::unique_ptr<server::StorageQuota> quota;
   std::uint64_t memory_max_bytes = 0;
-  std::unique_ptr<server::MemoryGate> memory;
-  std::unique_ptr<server::SceneService> scenes;
   std::unique_ptr<server::JobService> jobs;
 };
 

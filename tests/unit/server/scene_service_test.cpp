@@ -6,7 +6,7 @@
 #include "core/scene_io/builtin_scenes.h"
 #include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
-#include "server/store/database.h"
+#include "tests/unit/server/server_parts.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
@@ -20,20 +20,11 @@ using test_support::triangle_gltf;
 
 const server::Assets::InUse kUnused = [](const auto&) { return core::Result<bool>(false); };
 
-class Scenes : public testing::Test {
+class Scenes : public testing::Test, protected test_support::ServerParts {
  protected:
   void SetUp() override {
-    auto opened = server::Database::open(folder.file("tessera.db"));
-    ASSERT_TRUE(opened);
-    database = std::move(*opened);
-    auto store = server::BlobStore::open(folder.file("assets"));
-    ASSERT_TRUE(store);
-    blobs = std::make_unique<server::BlobStore>(std::move(*store));
-    assets = std::make_unique<server::Assets>(*database, *blobs);
-    table = std::make_unique<server::SceneTable>(*database);
-    quota = std::make_unique<server::StorageQuota>(*database, server::StorageLimits{});
-    scenes = std::make_unique<server::SceneService>(*assets, *table, *quota, memory,
-                                                    server::SceneServiceOptions{});
+    ASSERT_EQ(open(folder.file("data")), "");
+    load_scenes(0);
   }
 
   core::Result<server::StoredBlob> upload(const std::string& content) {
@@ -45,13 +36,6 @@ class Scenes : public testing::Test {
   }
 
   test_support::TemporaryFolder folder;
-  std::unique_ptr<server::Database> database;
-  std::unique_ptr<server::BlobStore> blobs;
-  std::unique_ptr<server::Assets> assets;
-  std::unique_ptr<server::SceneTable> table;
-  std::unique_ptr<server::StorageQuota> quota;
-  server::MemoryGate memory{0};
-  std::unique_ptr<server::SceneService> scenes;
 };
 
 TEST_F(Scenes, NamesAGlbByItsHashAndRecognisesItTheSecondTime) {
@@ -73,10 +57,10 @@ TEST_F(Scenes, FactsOfAnOlderVersionAreReadAnew) {
   const auto facts = [&] { return *scenes->facts(added->id, Access::of("")); };
   const core::SceneSummary all = facts();
   EXPECT_FALSE(all.extremes.empty());
-  ASSERT_TRUE(table->set_facts(added->id, "bounds 0 0 0 1 1 1\nload_bytes 17\n"));
+  ASSERT_TRUE(scene_table->set_facts(added->id, "bounds 0 0 0 1 1 1\nload_bytes 17\n"));
   EXPECT_EQ(facts().extremes, all.extremes);
   EXPECT_EQ(facts().triangles, all.triangles);
-  const auto row = table->find_scene(added->id, Access::of(""));
+  const auto row = scene_table->find_scene(added->id, Access::of(""));
   ASSERT_TRUE(row && *row);
   EXPECT_EQ(server::load_bytes_of((*row)->facts), 17U);
   EXPECT_FALSE(server::lacks_extremes(server::decode_facts((*row)->facts)));
@@ -87,8 +71,7 @@ TEST_F(Scenes, ReloadsAStoredSceneFromItsFiles) {
       scenes->add_zip(bytes_of(make_zip({{"model/scene.gltf", triangle_gltf("data/mesh.bin"), true},
                                          {"model/data/mesh.bin", triangle_buffer()}})));
   ASSERT_TRUE(added) << added.error().message;
-  scenes = std::make_unique<server::SceneService>(*assets, *table, *quota, memory,
-                                                  server::SceneServiceOptions{});
+  load_scenes(0);
   const auto scene = scenes->load(added->id, 0, std::nullopt);
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ((*scene)->summary().triangles, 1U);

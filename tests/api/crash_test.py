@@ -1,4 +1,5 @@
-"""The short form of tests/stress/kill, and a kill right after the answer to each kind of change."""
+"""Kills of a real process on a real disk: at random, and right after the answer to each kind of
+change. tests/simulation kills for years."""
 
 import json
 import unittest

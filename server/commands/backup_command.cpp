@@ -89,13 +89,8 @@ Status copy_film(const JobRecord& record, const std::string& from, const std::st
   return whole;
 }
 
-struct Copied {
-  int jobs = 0;
-  int films = 0;
-};
-
-core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const DataDir& to) {
-  Copied copied;
+core::Result<BackedUp> copy_films(JobTable& jobs, const std::string& from, const DataDir& to) {
+  BackedUp copied;
   JobQuery query;
   query.limit = kPage;
   for (bool more = true; more;) {
@@ -129,7 +124,9 @@ core::Result<Copied> copy_films(JobTable& jobs, const std::string& from, const D
   return copied;
 }
 
-core::Result<Copied> back_up(const std::string& from, const std::string& to) {
+}  // namespace
+
+core::Result<BackedUp> back_up(const std::string& from, const std::string& to) {
   std::error_code code;
   if (!fs::exists(from + "/tessera.db", code)) {
     return Error{ErrorCode::kNotFound, "not a data directory", from};
@@ -188,8 +185,6 @@ core::Result<Copied> back_up(const std::string& from, const std::string& to) {
   }
   return copied;
 }
-
-}  // namespace
 
 int backup_command(const std::vector<std::string>& args) {
   std::string data;

@@ -4,7 +4,16 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace server {
+
+struct BackedUp {
+  int jobs = 0;
+  int films = 0;
+};
+/// Copies the data directory `from` to `to`, which must be empty or not exist.
+core::Result<BackedUp> back_up(const std::string& from, const std::string& to);
 
 /// args: arguments of the command. Returns the exit code of the process.
 int backup_command(const std::vector<std::string>& args);

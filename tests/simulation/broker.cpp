@@ -13,9 +13,6 @@
 namespace simulation {
 namespace {
 
-constexpr double kLoss = 0.02;
-constexpr double kDoubling = 0.02;
-
 struct Entry {
   UnitMessage message;
   Nanoseconds due = 0;  ///< When a worker may get it.
@@ -142,14 +139,11 @@ core::Status UnitPublisher::publish(std::string_view unit) {
   if (!broker->is_up) {
     return simulation::unreachable();
   }
-  const double draw = broker->is_lossy ? broker->random.uniform() : 1;
   int copies = 1;
-  if (draw < simulation::kLoss) {
+  if (broker->is_lossy && strikes(simulation::Fault::kNameLost)) {
     copies = 0;
-    count_fault(simulation::Fault::kNameLost);
-  } else if (draw < simulation::kLoss + simulation::kDoubling) {
+  } else if (broker->is_lossy && strikes(simulation::Fault::kNameDoubled)) {
     copies = 2;
-    count_fault(simulation::Fault::kNameDoubled);
   }
   for (int i = 0; i < copies; ++i) {
     broker->entries.push_back({{std::string(unit), ++broker->last}, simulation::now()});
@@ -166,7 +160,7 @@ core::Result<std::uint64_t> UnitPublisher::messages() {
 }
 
 void UnitPublisher::request_report(const std::string& worker) {
-  if (broker->is_up && !(broker->is_lossy && broker->random.chance(simulation::kLoss))) {
+  if (broker->is_up && !(broker->is_lossy && strikes(simulation::Fault::kRequestLost))) {
     broker->to_report.insert(worker);
     simulation::wake(&broker->to_report, true);
   }

@@ -1,16 +1,13 @@
 #include "tests/simulation/comparisons.h"
 
+#include "tests/simulation/faults.h"
+
 namespace simulation {
-namespace {
-
-constexpr double kLargeMean = 600.0 * kSecond;
-
-}  // namespace
 
 void Comparisons::flood(Random& random) {
   const auto held = turns_.take("flood", {}, std::nullopt);
   if (held) {
-    sleep_for(static_cast<Nanoseconds>(random.exponential(kLargeMean)));
+    sleep_for(static_cast<Nanoseconds>(random.exponential(kOutage)));
   }
 }
 

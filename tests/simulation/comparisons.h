@@ -30,6 +30,7 @@ class Comparisons {
   Stored store(const std::string& tenant, const std::string& id, const std::string& body);
   /// Returns the body; empty: `access` sees no such comparison.
   std::string find(const std::string& id, const server::Access& access);
+  server::ComparisonStore& table() { return store_; }
 
  private:
   /// Time during which a tenant that does not flood held a place.

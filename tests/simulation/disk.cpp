@@ -57,6 +57,7 @@ struct State {
   std::vector<Name> names;
   std::uint64_t removed = 0;
   bool is_unreadable = false;
+  bool is_failing = false;
   std::optional<std::uint64_t> room;  ///< Bytes that files may grow by; empty: not full.
 };
 
@@ -82,7 +83,23 @@ std::string read_back(int fd, std::uint64_t offset, std::size_t count) {
 }
 
 /// Returns whether the process ends now.
-bool count_operation() { return ++disk->operations == disk->faults.end_at; }
+bool count_operation() {
+  const Fault kind = disk->faults.loses_power ? Fault::kPowerLost : Fault::kKilled;
+  if (++disk->operations == disk->faults.end_at) {
+    count_fault(kind);
+    return true;
+  }
+  return disk->faults.ends && strikes(kind);
+}
+
+/// Returns whether the operation fails, with errno.
+bool fails(Fault kind) {
+  if (!disk->is_failing || !strikes(kind)) {
+    return false;
+  }
+  errno = EIO;
+  return true;
+}
 
 void end() {
   if (disk->faults.loses_power) {
@@ -124,6 +141,9 @@ auto change(int fd, File& file, Change made, std::uint64_t size, const Act& act)
 }
 
 ssize_t write_to(int fd, File& file, const void* bytes, std::size_t count, off_t offset) {
+  if (fails(Fault::kWriteFails)) {
+    return -1;
+  }
   const auto at = static_cast<std::uint64_t>(offset);
   const bool ends = count_operation();
   const std::size_t whole = count;
@@ -162,6 +182,9 @@ int cut(int fd, File& file, off_t size) {
 
 int sync(int fd, File& file) {
   end_if_due();
+  if (fails(Fault::kWriteFails)) {
+    return -1;
+  }
   if (disk->faults.sync_mean > 0) {
     sleep_for(static_cast<Nanoseconds>(
         disk->random.exponential(static_cast<double>(disk->faults.sync_mean))));
@@ -280,7 +303,19 @@ void lose_power() {
   }
 }
 
-void spare_process() { disk->faults.end_at = 0; }
+void spare_process() {
+  disk->faults.end_at = 0;
+  disk->faults.ends = false;
+  disk->is_failing = false;
+}
+
+void fail_operations() { disk->is_failing = true; }
+
+std::size_t open_files(const std::string& folder) {
+  return static_cast<std::size_t>(std::count_if(
+      disk->open.begin(), disk->open.end(),
+      [&](const auto& entry) { return disk->files[entry.second].path.starts_with(folder); }));
+}
 
 void set_disk_full(bool is_full) {
   if (is_full) {
@@ -339,6 +374,9 @@ ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) {
 ssize_t pread(int fd, void* bytes, size_t count, off_t offset) {
   if (file_of(fd) != nullptr && disk->is_unreadable) {
     errno = EIO;
+    return -1;
+  }
+  if (file_of(fd) != nullptr && simulation::fails(simulation::Fault::kReadFails)) {
     return -1;
   }
   return real::pread(fd, bytes, count, offset);

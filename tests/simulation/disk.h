@@ -17,8 +17,9 @@ namespace simulation {
 
 struct DiskFaults {
   std::uint64_t seed = 0;
-  /// The process ends at that operation, counted from 1; 0: never.
+  /// The process ends at that operation, counted from 1; 0: at none of its own.
   std::uint64_t end_at = 0;
+  bool ends = false;          ///< The process ends at operations as kKilled or kPowerLost strikes.
   bool loses_power = false;   ///< Then, not only the process.
   Nanoseconds sync_mean = 0;  ///< Mean duration of a sync.
   /// Called when the process is to end; must not return.
@@ -29,8 +30,12 @@ struct DiskFaults {
 void use_disk(const std::string& root, DiskFaults faults);
 /// Takes back a part of what was not synced.
 void lose_power();
-/// The process does not end from now on.
+/// The process does not end from now on, and no operation fails.
 void spare_process();
+/// Single reads and writes fail from now on, as kReadFails and kWriteFails strike.
+void fail_operations();
+/// Number of open files below that folder.
+std::size_t open_files(const std::string& folder);
 /// While the disk is full, files cannot grow beyond the space that others have freed meanwhile.
 void set_disk_full(bool is_full);
 /// While it is unreadable, reading a file fails.

@@ -1,6 +1,7 @@
 #include "tests/simulation/executor.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <memory>
@@ -47,6 +48,11 @@ struct State {
   Nanoseconds jumped = 0;
   std::vector<std::unique_ptr<Thread>> threads;
   std::size_t started = 0;
+  /// Threads that wait for addresses of that hash: most locks are waited for by none.
+  std::array<std::uint16_t, 1024> waiting = {};
+  std::uint16_t& waiting_for(const void* address) {
+    return waiting[(reinterpret_cast<std::uintptr_t>(address) >> 3U) % waiting.size()];
+  }
 };
 
 State* state = nullptr;
@@ -212,11 +218,9 @@ void pass() {
   if (me->undisturbed > 0) {
     return;
   }
-  const double draw = state->random.uniform();
-  if (draw < state->schedule.stall) {
-    count_fault(Fault::kStalled);
+  if (state->schedule.may_stall && strikes(Fault::kStalled)) {
     sleep_for(static_cast<Nanoseconds>(state->random.exponential(kStallMean)));
-  } else if (draw < state->schedule.stall + state->schedule.preempt) {
+  } else if (state->schedule.preempt > 0 && state->random.chance(state->schedule.preempt)) {
     give_turn();
   }
 }
@@ -225,11 +229,16 @@ bool wait(const void* address, Nanoseconds deadline) {
   me->is_ready = false;
   me->waits_for = address;
   me->deadline = deadline;
+  ++state->waiting_for(address);
   give_turn();
+  --state->waiting_for(address);
   return me->came_in_time;
 }
 
 void wake(const void* address, bool all) {
+  if (state->waiting_for(address) == 0) {
+    return;
+  }
   for (const auto& thread : state->threads) {
     if (!thread->is_ready && thread->waits_for == address) {
       thread->is_ready = true;

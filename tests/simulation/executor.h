@@ -42,8 +42,8 @@ struct Schedule {
   Nanoseconds start = 0;  ///< The monotonic clock at the start.
   /// Chance that another thread goes on before a lock is taken.
   double preempt = 0.01;
-  /// Chance that the thread stands still there for some seconds, as on a machine that swaps.
-  double stall = 0;
+  /// Whether a thread may stand still there for some seconds, as on a machine that swaps.
+  bool may_stall = false;
   /// Mean CPU time between two readings of a thread's CPU clock: the cost of rendering.
   Nanoseconds slice_mean = kSecond / 100;
   /// Called when every thread waits without a deadline, with what they wait for. Must not return.

@@ -52,6 +52,24 @@ std::uint64_t Ledger::count(const std::string& verb) const {
   return found == counts_.end() ? 0 : found->second;
 }
 
+void Ledger::apply_to_thing(int tenant, const std::string& verb, const std::string& id,
+                            const std::string& value) {
+  if (verb == "forget") {
+    things_.erase(id);
+    return;
+  }
+  KnownThing& thing = things_[id];
+  thing.tenant = tenant;
+  if (verb.starts_with("ask-")) {
+    thing.before = thing.may_be;
+    thing.may_be.insert(value);
+  } else if (verb.starts_with("ok-")) {
+    thing.may_be = {value};
+  } else if (verb.starts_with("no-")) {
+    thing.may_be = thing.before;
+  }
+}
+
 void Ledger::apply(const std::string& line) {
   std::istringstream in(line);
   int tenant = 0;
@@ -87,10 +105,15 @@ void Ledger::apply(const std::string& line) {
     compared_.clear();
     jobs_.clear();
     keys_.clear();
+    things_.clear();
     return;
   }
   if (verb.ends_with("key")) {
     in >> id;
+    if (verb == "forget-key") {
+      keys_.erase(id);
+      return;
+    }
     KnownKey& key = keys_[id];
     if (verb == "ask-add-key") {
       in >> key.hash;
@@ -100,7 +123,14 @@ void Ledger::apply(const std::string& line) {
                                              : std::nullopt;
     return;
   }
-  if (!(in >> id) || id.size() != 36) {  // Of no job.
+  in >> id;
+  if (id.find('/') != std::string::npos) {
+    std::string value;
+    in >> value;
+    apply_to_thing(tenant, verb, id, value);
+    return;
+  }
+  if (id.size() != 36) {  // Of no job.
     return;
   }
   if (verb == "forget") {
@@ -110,7 +140,7 @@ void Ledger::apply(const std::string& line) {
   KnownJob& job = jobs_[id];
   if (verb == "ask-submit") {
     job = {.tenant = tenant};
-    in >> job.kind >> job.samples;
+    in >> job.kind >> job.samples >> job.retention_seconds;
     job.asked = "submit";
   } else if (verb == "ask-extend") {
     in >> job.asked_samples;

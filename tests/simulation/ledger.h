@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@ struct KnownJob {
   int tenant = 0;
   int kind = 0;
   int samples = 0;
+  int retention_seconds = 0;  ///< 0: it stays.
   bool is_there = false;      ///< Submitted, as was acknowledged or seen.
   bool is_removed = false;    ///< As was acknowledged.
   bool is_cancelled = false;  ///< As was acknowledged.
@@ -34,6 +36,13 @@ struct KnownKey {
   std::optional<bool> is_there = {};  ///< As was acknowledged; empty: unknown.
 };
 
+/// Something with a name: an upload, a preset, a batch. Named `KIND/NAME` in lines.
+struct KnownThing {
+  int tenant = 0;
+  std::set<std::string> may_be = {""};  ///< Its value; "": it is not there. Several: no answer yet.
+  std::set<std::string> before = {};    ///< The last request.
+};
+
 class Ledger {
  public:
   /// path: of the file to which lines are added.
@@ -46,6 +55,7 @@ class Ledger {
 
   std::map<std::string, KnownJob>& jobs() { return jobs_; }
   const std::map<std::string, KnownKey>& keys() const { return keys_; }
+  const std::map<std::string, KnownThing>& things() const { return things_; }
   /// Id and body of each tenant's newest comparison, if that was acknowledged.
   const std::map<int, std::pair<std::string, std::string>>& compared() const { return compared_; }
   /// Digest of an undisturbed film; empty: unknown.
@@ -58,6 +68,8 @@ class Ledger {
 
  private:
   void apply(const std::string& line);
+  void apply_to_thing(int tenant, const std::string& verb, const std::string& id,
+                      const std::string& value);
 
   std::string path_;
   int fd_ = -1;
@@ -65,6 +77,7 @@ class Ledger {
   std::int64_t time_ = 0;
   std::map<std::string, KnownJob> jobs_;
   std::map<std::string, KnownKey> keys_;
+  std::map<std::string, KnownThing> things_;
   std::map<int, std::pair<std::string, std::string>> compared_;
   std::map<std::pair<int, int>, std::string> digests_;
   std::map<std::string, std::uint64_t> counts_;

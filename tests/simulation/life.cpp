@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -13,31 +15,31 @@
 #include <thread>
 #include <vector>
 
+#include <spawn.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "api/job/job_spec.h"
 #include "api/json/error_codes.h"
 #include "core/compare/comparison.h"
+#include "server/store/database.h"
+#include "server/store/key_table.h"
 #include "server/store/uuid.h"
 #include "tests/simulation/broker.h"
 #include "tests/simulation/comparisons.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/model.h"
+#include "tests/simulation/requests.h"
 #include "tests/simulation/server.h"
 #include "tests/simulation/watch.h"
 #include "tests/simulation/workers.h"
+#include "tests/simulation/world.h"
 
 namespace simulation {
 namespace {
 
-using api::JobState;
-using server::Access;
-using server::JobPointer;
-
 constexpr std::size_t kJobsOfTenant = 10;
-/// Nothing fails from this time of a shift on, and clients only wait for their jobs.
-constexpr Nanoseconds kCalm = kShift - kHour;
 
 /// Pictures of a few pixels and of two tiles. The last one also counts particles of light
 /// (core/integrators/census.h), which takes long; scattering media have no census.
@@ -52,135 +54,65 @@ constexpr std::string_view kHaze = R"("medium": {"scattering": [0.1, 0.1, 0.1]},
   "estimator": {"splitting": {"type": "none"}}, )";
 constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1},
                                Kind{kPath, kHaze, 33, 1}, Kind{R"("direct")", "", 2, 2}};
-/// Most time that a client follows a job.
-constexpr Nanoseconds kWatchMost = 120 * kSecond;
-/// A clock that is set is wrong by up to a day.
-constexpr Nanoseconds kJumpMost = 24 * kHour;
+/// Of some jobs, which are forgotten so long after their end.
+constexpr int kRetentionSeconds = 600;
 constexpr double kWorkers = 0.15;   ///< Share of the lives in which workers render.
 constexpr double kLastKind = 0.02;  ///< With the real renderer.
 constexpr std::array kSamples = {2, 4, 8, 16, 32};
 
-std::string body_of(int kind, int samples) {
+}  // namespace
+
+std::string body_of(int kind, int samples, int retention_seconds) {
   const Kind& row = kKinds[static_cast<std::size_t>(kind)];
   return R"({"scene": "cornell-box", "integrator": {"type": )" + std::string(row.integrator) +
          "}, " + std::string(row.medium) + R"("film": {"width": )" + std::to_string(row.width) +
          R"(, "height": )" + std::to_string(row.height) + R"(}, "stop": {"samples_per_pixel": )" +
-         std::to_string(samples) + "}}";
+         std::to_string(samples) + "}" +
+         (retention_seconds > 0 ? ", \"retention_seconds\": " + std::to_string(retention_seconds)
+                                : "") +
+         "}";
 }
 
-/// Kind and samples of a new job; the samples can be extended.
+std::string access_name(int tenant) { return "tenant" + std::to_string(tenant); }
+
+namespace {
+
+/// Kind, samples and retention of a new job; the samples can be extended.
 std::string draw_job(Random& random) {
   const std::size_t last = kKinds.size() - 1;
   return std::to_string(renders_really() && random.chance(kLastKind) ? last : random.below(last)) +
-         " " + std::to_string(kSamples[random.below(kSamples.size() - 1)]);
+         " " + std::to_string(kSamples[random.below(kSamples.size() - 1)]) + " " +
+         std::to_string(random.chance(0.1) ? kRetentionSeconds : 0);
 }
 
-/// A life as its threads see it.
-class World {
- public:
-  World(const Life& life, Ledger& ledger) : life_(life), ledger_(ledger) {}
-
-  [[noreturn]] void end(Ending ending) {
-    if (const std::string faults = fault_counts(); !faults.empty()) {
-      ledger_.note(0, "faults " + faults);
-    }
-    ledger_.note(0, "end " + std::to_string(static_cast<int>(ending)) + " operations " +
-                        std::to_string(disk_operations()));
-    ::_exit(static_cast<int>(ending));
-  }
-  [[noreturn]] void fail(const std::string& words) {
-    ledger_.note(0, "VIOLATION " + words);
-    ::_exit(static_cast<int>(Ending::kViolation));
-  }
-  void begin(bool is_quick);
-  void start();
-  [[noreturn]] void play();
-  [[noreturn]] void render_all();
-
- private:
-  void play_tenant(int tenant);
-  void act(int tenant, Random& random);
-  api::ParsedJob parsed(int kind, int samples) {
-    auto request = api::parse_job(body_of(kind, samples));
-    if (!request) {
-      fail("a request is refused: " + api::problem_json(request.problem(), ""));
-    }
-    return *std::move(request);
-  }
-  void submit(int tenant, const std::string& id);
-  void watch(const std::string& id, const JobPointer& job, Random& random);
-  void compare(int tenant, const std::string& id, const JobPointer& job);
-  /// Cancels the job; then, perhaps, removes it and uses its id again.
-  void cancel(int tenant, const std::string& id, const JobPointer& job, Random& random);
-  /// Returns the job if it is there; checks that it is as it was acknowledged.
-  JobPointer look(int tenant, const std::string& id);
-  void check_view(const std::string& id, const KnownJob& known, const api::JobView& view);
-  void check_events(int tenant, const std::string& id, const JobPointer& job);
-  void check_film(const std::string& id, const JobPointer& job);
-  void note_answer(int tenant, const std::string& verb, const std::string& id,
-                   const server::Verdict& verdict);
-  void ask(int tenant, const std::string& verb, const std::string& id,
-           const std::string& more = "") {
-    ledger_.note(tenant, "ask-" + verb + " " + id + (more.empty() ? "" : " " + more));
-  }
-  std::vector<std::string> ids_of(int tenant);
-  Nanoseconds time_of_shift() const { return now() % kShift; }
-  bool is_calm() const { return time_of_shift() >= kCalm; }
-  void operate(Random& random);
-  void check_keys(bool is_unreadable);
-  void use_keys(Random& random);
-  void settle(int tenant);
-  void cancel_hanging(int tenant, const std::vector<std::string>& resumed);
-  void check_rest();
-
-  const Life& life_;
-  Ledger& ledger_;
-  Server server_;
-  std::uint64_t memory_bytes_ = 0;
-  double think_seconds_ = 120;
-  bool may_stall_ = false;
-  std::optional<Nanoseconds> stop_at_;
-  bool is_full_ = false;
-  bool was_full_ = false;  ///< Some events are in memory only.
-  bool is_draining_ = false;
-  std::optional<std::uint64_t> workers_seed_;  ///< Empty: there are no workers.
-  std::optional<Workers> workers_;
-  bool is_broker_up_ = true;
-  std::set<std::string> paused_;  ///< Ids of jobs that this process was asked to pause.
-  std::vector<bool> is_settled_ = std::vector<bool>(kTenants + 1, false);
-};
-
-std::string access_name(int tenant) { return "tenant" + std::to_string(tenant); }
+}  // namespace
 
 void World::begin(bool is_quick) {
   Random random(life_.seed * 1'000'003 + life_.number);
   constexpr std::array kPreempts = {0.0, 0.002, 0.02, 0.2};
-  constexpr std::array kStalls = {0.0, 1e-5, 1e-4, 1e-3};
   constexpr std::array<Nanoseconds, 3> kSlices = {kSecond / 100, kSecond / 4, 3 * kSecond};
   constexpr std::array<Nanoseconds, 3> kSyncs = {0, kSecond / 200, kSecond};
   Schedule schedule{.seed = random.next(), .start = life_.start};
+  seed_faults(random.next());
   schedule.preempt = kPreempts[random.below(kPreempts.size())];
-  schedule.stall = is_quick ? 0 : kStalls[random.below(kStalls.size())];
+  schedule.may_stall = !is_quick && random.chance(0.5);
   schedule.slice_mean = is_quick ? kSlices[0] : kSlices[random.below(kSlices.size())];
   schedule.on_deadlock = [this](const std::string& words) { fail(words); };
   DiskFaults faults{.seed = random.next()};
   faults.sync_mean = kSyncs[random.below(kSyncs.size())];
-  faults.loses_power = random.chance(0.4);
-  if (life_.is_faulty && random.chance(0.9)) {
-    const double mean = random.chance(0.2) ? 60 : 4000;  // Soon after the start, or later.
-    faults.end_at = 1 + static_cast<std::uint64_t>(random.exponential(mean));
-  }
-  if (life_.is_faulty && random.chance(0.1)) {
-    stop_at_ = life_.start + static_cast<Nanoseconds>(random.exponential(0.5 * kHour));
+  faults.loses_power = random.chance(0.5);
+  faults.ends = life_.is_faulty;
+  if (life_.is_faulty && random.chance(0.2)) {  // Already while it starts, or soon after.
+    faults.end_at = 1 + random.below(100);
   }
   if (!is_quick && random.chance(kWorkers)) {
     workers_seed_ = random.next();
     // Three honest workers that stand still would fail a job.
-    schedule.stall = 0;
+    schedule.may_stall = false;
   }
-  may_stall_ = schedule.stall > 0;
+  may_stall_ = schedule.may_stall;
+  step_ = schedule.slice_mean + faults.sync_mean;
   faults.end = [this, power = faults.loses_power] {
-    count_fault(power ? Fault::kPowerLost : Fault::kKilled);
     end(power ? Ending::kPowerLost : Ending::kKilled);
   };
   simulation::begin(std::move(schedule));
@@ -205,50 +137,16 @@ void World::start() {
     fail("damage without a cause: " + damage);
   }
   // Only keys are read then.
-  const bool is_unreadable = life_.is_faulty && randomness().chance(0.3);
+  const bool is_unreadable =
+      life_.is_faulty && randomness().chance(chance_at_start(Fault::kDiskUnreadable));
   set_disk_unreadable(is_unreadable);
   server_.keys.emplace(server_.config, *server_.key_table);
   check_keys(is_unreadable);
   set_disk_unreadable(false);
-  failed = server_.start(memory_bytes_, workers_seed_);
+  failed = server_.start(life_.build, workers_seed_);
   if (!failed.empty()) {
     fail("the server does not resume: " + failed);
   }
-}
-
-/// is_unreadable: the keys cannot be read, so none is accepted.
-void World::check_keys(bool is_unreadable) {
-  for (const auto& [id, key] : ledger_.keys()) {
-    if (key.is_there == true && !server_.keys->is_needed()) {
-      fail("there are keys, and none is required");
-    }
-    if (key.is_there && (!is_unreadable || !*key.is_there) &&
-        server_.keys->holder_of_hash(key.hash).has_value() != *key.is_there) {
-      fail("key " + id + (*key.is_there ? " is not accepted" : " was removed and is accepted"));
-    }
-  }
-}
-
-void World::use_keys(Random& random) {
-  const auto& known = ledger_.keys();
-  std::string id;
-  std::string verb = "add-key ";
-  core::Status done = core::ok_status();
-  if (known.size() < 2 || random.chance(0.5)) {
-    const server::KeyRow row = server::make_key("key").row;
-    id = row.id;
-    ledger_.note(0, "ask-" + verb + id + " " + row.token_hash);
-    done = server_.key_table->insert(row);
-  } else {
-    id = std::next(known.begin(), static_cast<std::ptrdiff_t>(random.below(known.size())))->first;
-    verb = "remove-key ";
-    ledger_.note(0, "ask-" + verb + id);
-    const auto removed = server_.key_table->remove(id);
-    done = removed ? core::ok_status() : core::Status(removed.error());
-  }
-  ledger_.note(0, (done ? "ok-" : "no-") + verb + id);
-  sleep_for(2 * kSecond);  // The ring reads them again each second.
-  check_keys(false);
 }
 
 std::vector<std::string> World::ids_of(int tenant) {
@@ -263,6 +161,10 @@ std::vector<std::string> World::ids_of(int tenant) {
 
 void World::note_answer(int tenant, const std::string& verb, const std::string& id,
                         const server::Verdict& verdict) {
+  if (verdict.is(core::ErrorCode::kInternal)) {  // The disk may hold it nevertheless.
+    ledger_.note(tenant, "lost-" + verb + " " + id + " " + verdict.problem().detail);
+    return;
+  }
   ledger_.note(tenant, (verdict ? "ok-" : "no-") + verb + " " + id +
                            (verdict ? "" : " " + verdict.problem().detail));
   if (verdict.is(core::ErrorCode::kNoSpace) && (verb == "cancel" || verb == "pause")) {
@@ -272,14 +174,17 @@ void World::note_answer(int tenant, const std::string& verb, const std::string& 
 
 void World::submit(int tenant, const std::string& id) {
   const KnownJob known = ledger_.jobs()[id];
-  const auto submitted = server_.jobs->submit(parsed(known.kind, known.samples),
-                                              {.access = Access::of(access_name(tenant)),
-                                               .body_hash = body_of(known.kind, known.samples),
-                                               .id = id});
+  const auto submitted = server_.jobs->submit(
+      parsed(known.kind, known.samples, known.retention_seconds),
+      {.access = Access::of(access_name(tenant)),
+       .body_hash = body_of(known.kind, known.samples, known.retention_seconds),
+       .id = id});
   if (submitted) {
     ledger_.note(tenant, "ok-submit " + id);
   } else {
-    ledger_.note(tenant, "no-submit " + id + " " + submitted.problem().detail);
+    const bool is_unknown = submitted.problem().status == 500;
+    ledger_.note(tenant, (is_unknown ? "lost-submit " : "no-submit ") + id + " " +
+                             submitted.problem().detail);
   }
 }
 
@@ -301,8 +206,11 @@ void World::check_view(const std::string& id, const KnownJob& known, const api::
       !api::is_final(view.state)) {
     fail("job " + id + " was paused and is " + state);
   }
-  if (view.state == JobState::kFailed) {
-    fail("job " + id + " failed: " + (view.failure ? view.failure->detail : ""));
+  const std::string failure = view.failure ? view.failure->detail : "";
+  if (view.state == JobState::kFailed && failure.find(kLoadFailure) == std::string::npos &&
+      failure.find("/O error") == std::string::npos &&  // Of SQLite.
+      failure.find(std::strerror(EIO)) == std::string::npos) {
+    fail("job " + id + " failed: " + failure);
   }
   if (view.state == JobState::kFinished &&
       view.film_digest != ledger_.digest(known.kind, samples)) {
@@ -359,7 +267,8 @@ void World::check_film(const std::string& id, const JobPointer& job) {
   const KnownJob known = ledger_.jobs()[id];
   const auto film = server_.jobs->films().final_film(*job, {});
   const JobState state = job->state();
-  if (known.is_damaged) {
+  if (known.is_damaged || state == JobState::kFailed ||
+      (!film && (known.retention_seconds > 0 || film.error().code == core::ErrorCode::kInternal))) {
     return;
   }
   if (state != JobState::kFinished) {  // Cancelled: it may have a film.
@@ -383,12 +292,17 @@ JobPointer World::look(int tenant, const std::string& id) {
   const auto job = server_.jobs->find(id, Access::of(access_name(tenant)));
   if (!job) {
     const bool may_be_gone = known.is_removed || known.asked == "remove" ||
+                             known.retention_seconds > 0 ||
+                             job.error().code == core::ErrorCode::kInternal ||
                              (!known.is_there && (known.asked == "submit" || known.asked.empty()));
     if (!may_be_gone) {
       fail("job " + id + " is lost: " + job.error().message);
     }
     if (!known.is_removed) {
       ledger_.note(tenant, "gone " + id);
+      if (known.retention_seconds > 0 && known.is_there && known.asked != "remove") {
+        ledger_.note(tenant, "ok-expire");
+      }
     }
     return nullptr;
   }
@@ -423,15 +337,36 @@ void World::cancel(int tenant, const std::string& id, const JobPointer& job, Ran
   }
 }
 
-void World::watch(const std::string& id, const JobPointer& job, Random& random) {
-  const Nanoseconds until = now() + static_cast<Nanoseconds>(random.uniform() * kWatchMost);
+void World::watch(int tenant, const std::string& id, const JobPointer& job, Random& random) {
+  const Nanoseconds until =
+      now() + static_cast<Nanoseconds>(random.exponential(think_seconds_ / 2 * kSecond));
+  const bool is_of_events = random.chance(0.5);
   const std::string wrong =
-      random.chance(0.5)
+      is_of_events
           ? watch_events(job, until)
           : watch_tiles({*server_.jobs, *server_.denoising, server_.frames, server_.streams}, job,
                         until);
   if (!wrong.empty()) {
     fail("a client of job " + id + ": " + wrong);
+  }
+  ledger_.note(tenant, is_of_events ? "ok-watch-events" : "ok-watch-tiles");
+}
+
+void World::retry(int tenant, const std::string& id, const JobPointer& job) {
+  ask(tenant, "retry", id);
+  note_answer(tenant, "retry", id, server_.jobs->retry(job));
+}
+
+void World::expire(int tenant, const std::string& id, const JobPointer& job) {
+  const api::JobView view = server_.jobs->view(*job);
+  const double due = view.finished_at_unix_seconds.value_or(0) + kRetentionSeconds -
+                     static_cast<double>(unix_now()) / static_cast<double>(kSecond);
+  if (due > kRetentionSeconds) {  // The clock was set since.
+    return;
+  }
+  sleep_for(static_cast<Nanoseconds>(std::max(0.0, due) + 60) * kSecond);
+  if (look(tenant, id)) {
+    fail("job " + id + " has not been forgotten");
   }
 }
 
@@ -468,6 +403,10 @@ void World::act(int tenant, Random& random) {
       fail("another tenant sees comparison " + own);
     }
   }
+  if (random.chance(0.2)) {
+    requests_.act(tenant, random);
+    return;
+  }
   const std::vector<std::string> ids = ids_of(tenant);
   if (ids.size() < 2 || (ids.size() < kJobsOfTenant && random.chance(0.3))) {
     const std::string id = server::make_uuid();
@@ -480,7 +419,7 @@ void World::act(int tenant, Random& random) {
       }
     } else if (random.chance(0.4)) {
       if (const JobPointer job = look(tenant, id)) {
-        watch(id, job, random);
+        watch(tenant, id, job, random);
       }
     }
     return;
@@ -489,6 +428,14 @@ void World::act(int tenant, Random& random) {
   const JobPointer job = look(tenant, id);
   if (!job) {
     ledger_.note(tenant, "forget " + id);
+    return;
+  }
+  if (is_full_ && random.chance(0.5)) {  // To make room.
+    cancel(tenant, id, job, random);
+    return;
+  }
+  if (job->state() == JobState::kFailed && random.chance(0.5)) {
+    retry(tenant, id, job);
     return;
   }
   server::JobService& jobs = *server_.jobs;
@@ -533,13 +480,13 @@ void World::act(int tenant, Random& random) {
       [[fallthrough]];
     case 5:
       if (has_ended) {
-        watch(id, job, random);
+        watch(tenant, id, job, random);
         break;
       }
       [[fallthrough]];
     default:
       if (random.chance(0.5)) {
-        watch(id, job, random);
+        watch(tenant, id, job, random);
         break;
       }
       patch("resume", R"({"paused": false})");
@@ -562,7 +509,7 @@ void World::cancel_hanging(int tenant, const std::vector<std::string>& resumed) 
 }
 
 /// Resumes the tenant's jobs and waits until all have ended; cancels those that would never load.
-void World::settle(int tenant) {
+void World::settle(int tenant, Random& random) {
   // A job that was paused while its scene loads goes on loading, and is queued when it is resumed.
   std::vector<std::string> resumed;
   for (const std::string& id : ids_of(tenant)) {
@@ -576,11 +523,18 @@ void World::settle(int tenant) {
   }
   for (; hanging_loads() > 0; sleep_for(10 * kSecond)) {
     cancel_hanging(tenant, resumed);
+    requests_.cancel_loading(tenant);
   }
+  requests_.settle(tenant, random, [this] { return time_of_shift() < kCalm; });
   for (const std::string& id : ids_of(tenant)) {
     for (bool has_ended = false; !has_ended;) {
       const JobPointer job = look(tenant, id);
       has_ended = !job || api::is_final(job->state());
+      if (job && job->state() == JobState::kFailed) {
+        has_ended = false;
+        look(tenant, id);
+        retry(tenant, id, job);
+      }
       if (!has_ended && job->state() == JobState::kPaused) {
         ask(tenant, "resume", id);
         note_answer(tenant, "resume", id,
@@ -592,8 +546,12 @@ void World::settle(int tenant) {
              std::string(api::to_text(job->state())));
       }
       if (has_ended && job) {
-        check_film(id, job);
-        look(tenant, id);
+        if (ledger_.jobs()[id].retention_seconds > 0) {
+          expire(tenant, id, job);
+        } else {
+          check_film(id, job);
+          look(tenant, id);
+        }
       } else {
         sleep_for(10 * kSecond);
       }
@@ -618,68 +576,25 @@ void World::play_tenant(int tenant) {
     // Several requests often follow each other at once.
     sleep_for(static_cast<Nanoseconds>(random.chance(0.5)
                                            ? random.exponential(0.01 * kSecond)
-                                           : random.exponential(2 * think_seconds_ * kSecond)) /
-              (is_full_ ? 10 : 1));
+                                           : random.exponential(2 * think_seconds_ * kSecond)));
     act(tenant, random);
   }
-  settle(tenant);
+  settle(tenant, random);
 }
 
-/// At rest nothing is held.
-void World::check_rest() {
-  const server::JobService::Counts counts = server_.jobs->counts();
-  if (counts.queued != 0 || counts.rendering != 0 || counts.held_bytes != 0) {
-    fail("at rest " + std::to_string(counts.queued) + " jobs wait, " +
-         std::to_string(counts.rendering) + " render, " + std::to_string(counts.held_bytes) +
-         " bytes are held");
-  }
-  for (const auto& entry : std::filesystem::directory_iterator(server_.data->films_path())) {
-    const std::string id = entry.path().stem().string();
-    if (!server_.jobs->find(id, Access::operators())) {
-      fail("at rest there is a film of no job: " + id);
+void World::play_floods() {
+  Random random(life_.seed * 4099 + life_.number);
+  requests_.end_flood();
+  while (!is_calm()) {
+    const auto pause = static_cast<Nanoseconds>(random.exponential(kHour));
+    sleep_for(std::min(pause, kCalm - time_of_shift()));
+    if (!is_calm() && !is_full_ && !is_draining_) {
+      requests_.flood(random, step_, [this] {
+        return is_calm() || is_full_ || is_draining_ || may_stall_ || hanging_loads() > 0;
+      });
     }
   }
-  const auto drained = server_.jobs->drain();
-  if (drained.running != 0) {
-    fail("at rest " + std::to_string(drained.running) + " places are taken");
-  }
-}
-
-/// The disk fills up and is freed; the server is drained for a while.
-void World::operate(Random& random) {
-  if (is_calm()) {
-    spare_process();
-  }
-  const bool is_faulty = life_.is_faulty && !is_calm();
-  get_stuck_sometimes(is_faulty);
-  if (is_full_ ? !is_faulty || random.chance(0.05) : is_faulty && random.chance(0.004)) {
-    is_full_ = !is_full_;
-    was_full_ = true;
-    ledger_.note(0, is_full_ ? "disk-full" : "disk-freed");
-    set_disk_full(is_full_);
-  }
-  if (is_draining_ ? !is_faulty || random.chance(0.1) : is_faulty && random.chance(0.0005)) {
-    is_draining_ = !is_draining_;
-    if (is_draining_) {
-      count_fault(Fault::kDrained);
-    }
-    ledger_.note(0, is_draining_ ? "drain" : "drain-ends");
-    server_.jobs->set_draining(is_draining_);
-  }
-  if (is_faulty && random.chance(0.005)) {
-    jump_clock(static_cast<Nanoseconds>((2 * random.uniform() - 1) * kJumpMost));
-  }
-  if (random.chance(0.02)) {
-    use_keys(random);
-  }
-  if (workers_) {
-    set_broker_lossy(is_faulty);
-    if (is_broker_up_ ? is_faulty && random.chance(0.01) : !is_faulty || random.chance(0.3)) {
-      is_broker_up_ = !is_broker_up_;
-      ledger_.note(0, is_broker_up_ ? "queue-up" : "queue-down");
-      set_broker_up(is_broker_up_);
-    }
-  }
+  requests_.end_flood();
 }
 
 void World::play() {
@@ -688,7 +603,13 @@ void World::play() {
     workers_.emplace(*server_.jobs->board(), *workers_seed_,
                      [this] { return !life_.is_faulty || is_calm(); });
   }
+  if (life_.is_faulty) {
+    fail_operations();
+  }
   std::vector<std::thread> tenants;
+  if (!workers_seed_) {
+    tenants.emplace_back([this] { play_floods(); });
+  }
   for (int tenant = 1; tenant <= kTenants; ++tenant) {
     tenants.emplace_back([this, tenant] { play_tenant(tenant); });
   }
@@ -704,16 +625,19 @@ void World::play() {
     return std::find(is_settled_.begin() + 1, is_settled_.end(), false) == is_settled_.end();
   };
   while (!are_settled()) {
-    if (stop_at_ && now() >= *stop_at_ && !is_calm()) {
+    if (!is_calm() && strikes(Fault::kStopped)) {
       server_.jobs->stop();
-      count_fault(Fault::kStopped);
+      if (random.chance(0.5)) {
+        count_fault(Fault::kUpgraded);
+        end(Ending::kUpgraded);
+      }
       end(Ending::kStopped);
     }
     operate(random);
     if (now() >= shift_end) {
       fail("jobs have not ended in the calm hour");
     }
-    sleep_for(30 * kSecond);
+    sleep_for(kTick);
   }
   for (std::thread& tenant : tenants) {
     tenant.join();
@@ -732,7 +656,7 @@ void World::play() {
   check_rest();
   server_.jobs->stop();
   sleep_for(shift_end + kSecond - now());
-  end(Ending::kShift);
+  end(Ending::kShiftOver);
 }
 
 void World::render_all() {
@@ -754,10 +678,8 @@ void World::render_all() {
     ledger_.note(0, "digest " + std::to_string(what.first) + " " + std::to_string(what.second) +
                         " " + server_.jobs->view(*job).film_digest);
   }
-  end(Ending::kShift);
+  end(Ending::kShiftOver);
 }
-
-}  // namespace
 
 void live(const Life& life, Ledger& ledger) {
   World world(life, ledger);

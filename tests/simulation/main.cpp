@@ -1,6 +1,8 @@
 // Plays lives of a server, each in a process of its own, until the days are over or an invariant
 // does not hold.
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -8,45 +10,50 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <new>
 #include <string>
 #include <string_view>
 
 #include <execinfo.h>
 #include <sched.h>
+#include <sys/mman.h>
 #include <sys/personality.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "server/commands/backup_command.h"
 #include "tests/simulation/damage.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/life.h"
 #include "tests/simulation/model.h"
+#include "tests/simulation/requests.h"
 
 namespace {
 
 using simulation::Ending;
-using simulation::kHour;
+using simulation::Fault;
+using simulation::kDay;
+using simulation::kFaults;
+using simulation::kRequests;
 using simulation::kSecond;
 using simulation::Ledger;
 using simulation::Life;
 
 constexpr const char* kUsage =
-    "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--trace] [--twice]\n"
-    "                  [--real] [--fresh SECONDS] [--faults]\n";
+    "usage: simulation [--seed N] [--seeds COUNT] [--days D] [--jobs J] [--trace] [--twice]\n"
+    "                  [--real] [--fresh SECONDS] [--counts]\n";
 /// Real time after which a life counts as stuck.
 constexpr unsigned kStuckSeconds = 300;
-/// Chances of a flipped bit at each start.
-constexpr double kLogDamage = 0.2;
-constexpr double kFilmDamage = 0.1;
 
 struct Options {
   std::uint64_t seed = 1;
   std::uint64_t seeds = 1;
-  double days = 1;
+  double days = 1;           ///< Of each seed.
+  int jobs = 1;              ///< Processes that share the days, each with a seed of its own.
   double fresh_seconds = 0;  ///< Seeds that follow from the time are played for so long; 0: not.
   bool trace = false;
   bool twice = false;
-  bool faults = false;  ///< Every kind of fault must happen once a day on average.
+  bool counts = false;  ///< All that is played must happen once a day on average.
   bool real = false;    ///< The real renderer renders, which takes longer.
 };
 
@@ -96,8 +103,9 @@ void print_trace(const Ledger& ledger, std::size_t lines) {
 void damage(Life& life, Ledger& ledger) {
   simulation::Random random(life.seed * 104'729 + life.number);
   const std::string data = life.root + "/data";
-  life.expects_damage = random.chance(kLogDamage) && simulation::damage_log(data, random);
-  if (!life.expects_damage && random.chance(kFilmDamage)) {
+  life.expects_damage =
+      random.chance(chance_at_start(Fault::kLogDamaged)) && simulation::damage_log(data, random);
+  if (!life.expects_damage && random.chance(chance_at_start(Fault::kFilmDamaged))) {
     if (const std::string job = simulation::damage_film(data, random); !job.empty()) {
       ledger.note(0, "damaged " + job);
       ledger.note(0, "faults film-damaged 1");
@@ -105,24 +113,28 @@ void damage(Life& life, Ledger& ledger) {
   }
 }
 
-using FaultCounts = std::array<std::uint64_t, simulation::kFaultNames.size()>;
+/// What has happened: faults, then requests that were carried out. Shared by processes.
+struct Counts {
+  std::array<std::atomic<std::uint64_t>, kFaults.size() + kRequests.size()> of = {};
+  std::atomic<int> failed = 0;
+};
 
-/// Prints how often each kind of fault happened. Returns whether each did once a day.
-bool check_faults(const FaultCounts& counts, double days) {
+/// Prints how often each kind happened. Returns whether each did once a day.
+bool check_counts(const Counts& counts, double days) {
   bool is_fine = true;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    const bool is_rare = static_cast<double>(counts[i]) < days;
-    std::printf("%8llu %s%s\n", static_cast<unsigned long long>(counts[i]),
-                std::string(simulation::kFaultNames[i]).c_str(),
+  for (std::size_t i = 0; i < counts.of.size(); ++i) {
+    const std::string name(i < kFaults.size() ? kFaults[i].name : kRequests[i - kFaults.size()]);
+    const bool is_rare = static_cast<double>(counts.of[i]) < days;
+    std::printf("%8llu %s%s\n", static_cast<unsigned long long>(counts.of[i]), name.c_str(),
                 is_rare ? ": less than once a day" : "");
     is_fine = is_fine && !is_rare;
   }
   return is_fine;
 }
 
-/// Returns whether every invariant holds. faults: counts what happened.
+/// Returns whether every invariant holds.
 bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem::path& folder,
-               FaultCounts& faults) {
+               Counts& counts) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder / "disk");
   Ledger ledger((folder / "trace").string());
@@ -131,7 +143,7 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
   int status = run_apart([&] { simulation::render_undisturbed(life, ledger); });
   ledger.catch_up();
   life = {.root = (folder / "disk").string(), .seed = seed};
-  const auto end = static_cast<simulation::Nanoseconds>(options.days * 24 * kHour);
+  const auto end = static_cast<simulation::Nanoseconds>(options.days * kDay);
   bool is_fine = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   while (is_fine && life.start < end) {
     ++life.number;
@@ -141,6 +153,7 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
         WIFEXITED(status) && WEXITSTATUS(status) < static_cast<int>(Ending::kViolation) &&
         (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) >= static_cast<int>(Ending::kKilled));
     life.start = ledger.time() + kSecond;
+    life.build += WEXITSTATUS(status) == static_cast<int>(Ending::kUpgraded) ? 1 : 0;
     if (life.expects_damage) {  // What was acknowledged may be lost.
       std::filesystem::remove_all(life.root);
       std::filesystem::create_directories(life.root);
@@ -148,8 +161,14 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
     }
     damage(life, ledger);
   }
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    faults[i] += ledger.count("fault " + std::string(simulation::kFaultNames[i]));
+  for (std::size_t i = 0; i < counts.of.size(); ++i) {
+    counts.of[i] += i < kFaults.size()
+                        ? ledger.count("fault " + std::string(kFaults[i].name))
+                        : ledger.count("ok-" + std::string(kRequests[i - kFaults.size()]));
+  }
+  std::uint64_t requests = 0;
+  for (const std::string_view name : kRequests) {
+    requests += ledger.count("ok-" + std::string(name));
   }
   if (!is_fine) {
     std::printf("seed %llu, life %llu: %s\n", static_cast<unsigned long long>(seed),
@@ -158,15 +177,12 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
     std::printf("replay: tests/simulation/run --seed %llu --days %g --trace%s\n",
                 static_cast<unsigned long long>(seed), options.days, options.real ? " --real" : "");
   } else {
-    std::printf(
-        "seed %llu: %.1f days, %llu lives, %llu jobs, %llu answers\n",
-        static_cast<unsigned long long>(seed),
-        static_cast<double>(life.start) / static_cast<double>(24 * kHour),
-        static_cast<unsigned long long>(life.number),
-        static_cast<unsigned long long>(ledger.count("ok-submit")),
-        static_cast<unsigned long long>(ledger.count("ok-cancel") + ledger.count("ok-pause") +
-                                        ledger.count("ok-resume") + ledger.count("ok-extend") +
-                                        ledger.count("ok-remove") + ledger.count("ok-rank")));
+    std::printf("seed %llu: %.1f days, %llu lives, %llu requests of %llu jobs\n",
+                static_cast<unsigned long long>(seed),
+                static_cast<double>(life.start) / static_cast<double>(kDay),
+                static_cast<unsigned long long>(life.number),
+                static_cast<unsigned long long>(requests),
+                static_cast<unsigned long long>(ledger.count("ok-submit")));
     if (options.trace) {
       print_trace(ledger, SIZE_MAX);
     }
@@ -175,24 +191,75 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
   return is_fine;
 }
 
-/// One processor: threads take turns, and a turn is passed faster there. The same addresses in
-/// every run.
+/// The same addresses in every run, and memory that is not given back.
 void settle_process(char** arguments) {
   const int now = ::personality(0xffffffff);
   if ((now & ADDR_NO_RANDOMIZE) == 0 &&
       ::personality(static_cast<unsigned long>(now) | ADDR_NO_RANDOMIZE) != -1) {
-    ::setenv("GLIBC_TUNABLES", "glibc.malloc.arena_max=1", 1);
+    ::setenv("GLIBC_TUNABLES",
+             "glibc.malloc.arena_max=1:glibc.malloc.mmap_threshold=1073741824:"
+             "glibc.malloc.trim_threshold=1073741824:glibc.malloc.top_pad=67108864",
+             1);
     ::execv("/proc/self/exe", arguments);
   }
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(static_cast<std::size_t>(::sched_getcpu()), &one);
-  ::sched_setaffinity(0, sizeof one, &one);
+}
+
+/// Threads take turns, and a turn is passed faster on one processor: the `job`-th of those that
+/// this process may use.
+void stay_on_one(int job) {
+  cpu_set_t all;
+  ::sched_getaffinity(0, sizeof all, &all);
+  int left = job % CPU_COUNT(&all);
+  for (std::size_t each = 0; each < CPU_SETSIZE; ++each) {
+    if (CPU_ISSET(each, &all) && left-- == 0) {
+      cpu_set_t one;
+      CPU_ZERO(&one);
+      CPU_SET(each, &one);
+      ::sched_setaffinity(0, sizeof one, &one);
+      return;
+    }
+  }
+}
+
+/// Plays the seeds of one of the processes; returns their number.
+std::uint64_t play_seeds(const Options& options, int job, Counts& counts) {
+  stay_on_one(options.jobs == 1 ? ::sched_getcpu() : job);
+  const std::filesystem::path memory = "/dev/shm";
+  const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
+                      ("tessera-simulation-" + std::to_string(::getpid()));
+  const auto start = std::chrono::steady_clock::now();
+  const auto goes_on = [&](std::uint64_t seeds) {
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds : seeds < options.seeds;
+  };
+  std::uint64_t played = 0;
+  for (std::uint64_t i = 0; counts.failed == 0 && goes_on(i); ++i) {
+    const auto jobs = static_cast<std::uint64_t>(options.jobs);
+    const std::uint64_t seed = options.seed + i * jobs + static_cast<std::uint64_t>(job);
+    counts.failed += play_seed(seed, options, folder, counts) ? 0 : 1;
+    ++played;
+    if (options.twice && counts.failed == 0) {
+      const auto lines = Ledger((folder / "trace").string()).last_lines(SIZE_MAX);
+      counts.failed += play_seed(seed, options, folder, counts) ? 0 : 1;
+      ++played;
+      if (lines != Ledger((folder / "trace").string()).last_lines(SIZE_MAX)) {
+        std::puts("the same seed gave another trace");
+        ++counts.failed;
+      }
+    }
+  }
+  std::filesystem::remove_all(folder);
+  return played;
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
+  if (count == 4 && std::string_view(arguments[1]) == "--back-up") {  // life.cpp
+    const auto copied = server::back_up(arguments[2], arguments[3]);
+    std::fputs(copied ? "" : (copied.error().message + "\n").c_str(), stdout);
+    return copied ? 0 : 1;
+  }
   Options options;
   for (int i = 1; i < count; ++i) {
     const std::string_view name = arguments[i];
@@ -202,8 +269,8 @@ int main(int count, char** arguments) {
     } else if (name == "--real") {
       options.real = true;
       simulation::render_really();
-    } else if (name == "--faults") {
-      options.faults = true;
+    } else if (name == "--counts") {
+      options.counts = true;
     } else if (name == "--twice") {
       options.twice = true;
     } else if (name == "--seed" && value != nullptr) {
@@ -213,6 +280,8 @@ int main(int count, char** arguments) {
     } else if (name == "--fresh" && value != nullptr) {
       options.fresh_seconds = std::strtod(arguments[++i], nullptr);
       options.seed = static_cast<std::uint64_t>(std::time(nullptr));
+    } else if (name == "--jobs" && value != nullptr) {
+      options.jobs = std::max(1, std::atoi(arguments[++i]));
     } else if (name == "--days" && value != nullptr) {
       options.days = std::strtod(arguments[++i], nullptr);
     } else {
@@ -221,34 +290,29 @@ int main(int count, char** arguments) {
     }
   }
   settle_process(arguments);
-  const std::filesystem::path memory = "/dev/shm";
-  const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
-                      ("tessera-simulation-" + std::to_string(::getpid()));
-  std::uint64_t failed = 0;
-  FaultCounts faults{};
+  options.days /= options.jobs;
+  void* shared =
+      ::mmap(nullptr, sizeof(Counts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  auto& counts = *new (shared) Counts;
   std::uint64_t played = 0;
-  const auto start = std::chrono::steady_clock::now();
-  const auto goes_on = [&](std::uint64_t seeds) {
-    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-    return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds : seeds < options.seeds;
-  };
-  for (std::uint64_t i = 0; failed == 0 && goes_on(i); ++i) {
-    failed += play_seed(options.seed + i, options, folder, faults) ? 0U : 1U;
-    ++played;
-    if (options.twice && failed == 0) {
-      const auto lines = Ledger((folder / "trace").string()).last_lines(SIZE_MAX);
-      failed += play_seed(options.seed + i, options, folder, faults) ? 0U : 1U;
-      ++played;
-      if (lines != Ledger((folder / "trace").string()).last_lines(SIZE_MAX)) {
-        std::puts("the same seed gave another trace");
-        ++failed;
+  if (options.jobs == 1) {
+    played = play_seeds(options, 0, counts);
+  } else {
+    std::fflush(stdout);
+    for (int job = 0; job < options.jobs; ++job) {
+      if (::fork() == 0) {
+        play_seeds(options, job, counts);
+        ::_exit(0);
       }
     }
+    for (int status = 0; ::wait(&status) > 0;) {
+      counts.failed += status == 0 ? 0 : 1;
+    }
+    played = options.seeds * static_cast<std::uint64_t>(options.jobs);
   }
-  std::filesystem::remove_all(folder);
-  if (options.faults && failed == 0 &&
-      !check_faults(faults, options.days * static_cast<double>(played))) {
-    ++failed;
+  if (options.counts && counts.failed == 0 &&
+      !check_counts(counts, options.days * static_cast<double>(played))) {
+    return 1;
   }
-  return failed == 0 ? 0 : 1;
+  return counts.failed == 0 ? 0 : 1;
 }

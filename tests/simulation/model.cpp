@@ -22,11 +22,8 @@ namespace {
 
 using core::View;
 
-/// Chance that a scene never loads: its files are on a machine that does not answer.
-constexpr double kNeverLoads = 0.01;
-
 bool is_real = false;
-bool is_stuck_sometimes = false;
+bool is_failing = false;
 int hanging = 0;
 
 /// Of the seed, the pixel and the sample, in [0, 1).
@@ -98,8 +95,10 @@ core::Result<std::string> settle(View& view, const core::StopRules& rules,
   if (is_real) {
     return real_settle(view, rules, stop);
   }
-  if (is_stuck_sometimes && randomness().chance(kNeverLoads)) {
-    count_fault(Fault::kLoadHangs);
+  if (is_failing && strikes(Fault::kLoadFails)) {
+    return core::Error{core::ErrorCode::kUnavailable, kLoadFailure, ""};
+  }
+  if (is_failing && strikes(Fault::kLoadHangs)) {
     ++hanging;
     while (!stop.stop_requested()) {
       sleep_for(kSecond);
@@ -112,7 +111,7 @@ core::Result<std::string> settle(View& view, const core::StopRules& rules,
 }
 
 void render_really() { is_real = true; }
-void get_stuck_sometimes(bool is_stuck) { is_stuck_sometimes = is_stuck; }
+void fail_sometimes(bool is_failing_now) { is_failing = is_failing_now; }
 bool renders_really() { return is_real; }
 int hanging_loads() { return hanging; }
 

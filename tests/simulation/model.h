@@ -8,8 +8,11 @@ namespace simulation {
 void render_really();
 /// Whether the real renderer renders.
 bool renders_really();
-/// Whether some scenes load until they are stopped; not with the real renderer.
-void get_stuck_sometimes(bool is_stuck);
+/// Whether some scenes load until they are stopped, and some do not load; not with the real
+/// renderer.
+void fail_sometimes(bool is_failing);
+/// What the failure of a job says whose scene did not load.
+inline constexpr const char* kLoadFailure = "a machine with files of the scene did not answer";
 /// Number of loads that wait to be stopped.
 int hanging_loads();
 

@@ -13,7 +13,10 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
     simulation/machine.cpp
     simulation/main.cpp
     simulation/model.cpp
+    simulation/operators.cpp
+    simulation/requests.cpp
     simulation/watch.cpp
+    simulation/wire.cpp
     simulation/workers.cpp)
   set_target_properties(simulation PROPERTIES ENABLE_EXPORTS ON)
   target_link_options(simulation PRIVATE  # tests/simulation/model.cpp

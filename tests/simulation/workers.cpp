@@ -28,15 +28,11 @@ namespace {
 constexpr const char* kBuild = "simulation";
 constexpr const char* kArithmetic = "simulated/64";
 constexpr double kLeaseSeconds = 15;
-constexpr double kLoss = 0.01;
-constexpr double kDoubling = 0.1;
 constexpr double kTravelMean = 0.02 * kSecond;
 constexpr Nanoseconds kTimeout = 5 * kSecond;
 constexpr Nanoseconds kAskAgain = std::chrono::nanoseconds(cli::kAskAgain).count();
-/// Chance per report that the network fails, and for how long at most it does for honest workers.
-constexpr double kCut = 0.002;
+/// For how long at most the network fails for honest workers.
 constexpr double kCutMost = kLeaseSeconds / 3 * kSecond;
-constexpr double kGoneMean = 60.0 * kSecond;
 
 std::vector<Character> draw_characters(Random& random) {
   std::vector<Character> characters = {Character::kHonest, Character::kHonest};
@@ -79,8 +75,7 @@ class Worker {
       return std::nullopt;
     }
     auto answer = request();
-    if (!is_calm_() && random_.chance(kDoubling)) {
-      count_fault(Fault::kRequestDoubled);
+    if (!is_calm_() && strikes(Fault::kRequestDoubled)) {
       static_cast<void>(request());
     }
     if (!travels()) {
@@ -90,8 +85,7 @@ class Worker {
   }
   bool travels() {
     sleep_for(static_cast<Nanoseconds>(random_.exponential(kTravelMean)));
-    if (now() < cut_until_ || (!is_calm_() && random_.chance(kLoss))) {
-      count_fault(Fault::kRequestLost);
+    if (now() < cut_until_ || (!is_calm_() && strikes(Fault::kRequestLost))) {
       sleep_for(kTimeout);
       return false;
     }
@@ -131,12 +125,11 @@ class Worker {
 };
 
 void Worker::cut_network() {
-  if (is_calm_() || now() < cut_until_ || !random_.chance(kCut)) {
+  if (is_calm_() || now() < cut_until_ || !strikes(Fault::kNetworkCut)) {
     return;
   }
-  count_fault(Fault::kNetworkCut);
   const bool is_long = character_ == Character::kFleeting;
-  const double time = is_long ? random_.exponential(kGoneMean) : random_.uniform() * kCutMost;
+  const double time = is_long ? random_.exponential(kOutage) : random_.uniform() * kCutMost;
   cut_until_ = now() + static_cast<Nanoseconds>(time);
   if (is_long && random_.chance(0.5)) {  // Its machine was restarted.
     count_fault(Fault::kWorkerRestarted);
@@ -249,8 +242,7 @@ core::Status Worker::deliver(const std::string& unit, const std::string& result)
         count_fault(Fault::kWorkerLied);
         victims_.push_back(job_);
       }
-      if (random_.chance(kDoubling)) {
-        count_fault(Fault::kResultLate);
+      if (!is_calm_() && strikes(Fault::kResultLate)) {
         late_ = [this, unit, from, result] {
           static_cast<void>(carry([&] { return board_.take(unit, from, result); }));
         };

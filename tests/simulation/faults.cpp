@@ -49,6 +49,8 @@ double chance_at_start(Fault kind) {
 
 void count_fault(Fault kind) { ++kinds[static_cast<std::size_t>(kind)].count; }
 
+bool has_happened(Fault kind) { return kinds[static_cast<std::size_t>(kind)].count > 0; }
+
 std::string fault_counts() {
   std::string words;
   for (std::size_t i = 0; i < kinds.size(); ++i) {

@@ -82,6 +82,8 @@ double chance_at_start(Fault kind);
 
 /// Counts one of this process.
 void count_fault(Fault kind);
+/// Returns whether one has happened in this process.
+bool has_happened(Fault kind);
 /// Returns `NAME COUNT NAME COUNT...` of this process, for the trace.
 std::string fault_counts();
 

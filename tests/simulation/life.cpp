@@ -240,7 +240,8 @@ void World::check_events(int tenant, const std::string& id, const JobPointer& jo
     if (++count == known.events && hash != known.events_hash) {
       fail("earlier events of job " + id + " have changed");
     }
-    if (was_full_ || event.stream != server_.run ||
+    // What could not be stored was published nevertheless.
+    if (was_full_ || has_happened(Fault::kWriteFails) || event.stream != server_.run ||
         job->history() != server::Job::History::kInLog) {
       continue;
     }

@@ -264,12 +264,14 @@ void World::check_events(int tenant, const std::string& id, const JobPointer& jo
   }
 }
 
+/// A film of which a read has failed may be said to be gone; that it is not is a fault left.
 void World::check_film(const std::string& id, const JobPointer& job) {
   const KnownJob known = ledger_.jobs()[id];
   const auto film = server_.jobs->films().final_film(*job, {});
   const JobState state = job->state();
   if (known.is_damaged || state == JobState::kFailed ||
-      (!film && (known.retention_seconds > 0 || film.error().code == core::ErrorCode::kInternal))) {
+      (!film && (known.retention_seconds > 0 || has_happened(Fault::kReadFails) ||
+                 film.error().code == core::ErrorCode::kInternal))) {
     return;
   }
   if (state != JobState::kFinished) {  // Cancelled: it may have a film.

@@ -38,8 +38,10 @@
 namespace simulation {
 namespace {
 
-constexpr std::size_t kKeys =
-    16;  /// Chance that what is in order at a tick fails, or what fails is in order again.
+constexpr std::size_t kKeys = 16;
+constexpr int kRestWaits = 60;  ///< seconds, after the last job has ended
+
+/// Chance that what is in order at a tick fails, or what fails is in order again.
 double chance_per_tick(Nanoseconds mean) {
   return static_cast<double>(kTick) / static_cast<double>(mean);
 }
@@ -137,9 +139,13 @@ void World::check_rest() {
       fail("at rest there is a film of no job: " + id);
     }
   }
-  const std::size_t open_films = open_files(server_.data->films_path());
-  if (open_films != 0) {
-    fail("at rest " + std::to_string(open_films) + " films are open");
+  // The images of a job that has just ended may still be encoded from its film.
+  for (int waits = 0; open_files(server_.data->films_path()) != 0; ++waits) {
+    if (waits == kRestWaits) {
+      fail("a minute after the last job " + std::to_string(open_files(server_.data->films_path())) +
+           " films are open");
+    }
+    sleep_for(kSecond);
   }
   const auto drained = server_.jobs->drain();
   if (drained.running != 0) {

@@ -83,7 +83,8 @@ core::Result<StoredFilm> FilmLibrary::read(const Job& job, const JobRecord& reco
   }
   auto restored = file->restore(*film);
   if (!restored) {
-    return is_kept ? Error{api::kGone, restored.error().message, ""} : restored.error();
+    const bool may_be_whole = !is_kept || restored.error().code == ErrorCode::kUnavailable;
+    return may_be_whole ? restored.error() : Error{api::kGone, restored.error().message, ""};
   }
   const auto samples = static_cast<int>(film->sample_counts().max);
   if (record.view.state == api::JobState::kFinished && samples < record.view.progress.samples_max) {

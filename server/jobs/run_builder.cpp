@@ -403,6 +403,11 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
     return file.error();
   }
   auto restored = file->restore(film);
+  for (int tries = 1;
+       tries < kLoadTries && !restored && restored.error().code == ErrorCode::kUnavailable;
+       ++tries) {
+    restored = file->restore(film);
+  }
   if (!restored) {
     // The samples are a function of the job, so they can be rendered again.
     parts_.log.write(LogLevel::kWarning, "film_damaged",
@@ -412,7 +417,8 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
     }
     if (auto warned = warn(
             job,
-            "The stored film was damaged; the job is rendered again and gives the same image.");
+            "The stored film was damaged or could not be read; the job is rendered again and gives "
+            "the same image.");
         !warned) {
       return warned.error();
     }

@@ -86,6 +86,23 @@ Error damaged(const std::string& path, std::string_view what) {
   return Error{ErrorCode::kInternal, "the stored film is damaged: " + std::string(what), path};
 }
 
+/// A film whose reading failed may be whole: nothing may be concluded, and nothing be overwritten.
+Error unread(const Error& failure) {
+  return Error{ErrorCode::kUnavailable, "the stored film: " + failure.message, ""};
+}
+
+bool is_unread(const Error& error) { return error.code == ErrorCode::kUnavailable; }
+
+void clear(core::Film& film) {
+  for (int tile = 0; tile < film.tile_count(); ++tile) {
+    if (film.tile_samples(tile) > 0) {
+      core::TileState blank;
+      blank.rect = film.tile_rect(tile);
+      film.restore(tile, std::move(blank), 0);
+    }
+  }
+}
+
 }  // namespace
 
 struct FilmFile::Layout {
@@ -137,7 +154,7 @@ core::Result<FilmFile::Checkpoint> FilmFile::read_checkpoint(const core::Film& f
   const auto got =
       read_at(fd_.get(), part, layout.head_offset(static_cast<std::uint32_t>(head)), path_);
   if (!got) {
-    return got.error();
+    return unread(got.error());
   }
   HeadFields fields;
   const bool blank =
@@ -205,16 +222,13 @@ Status FilmFile::restore_tiles(core::Film& film, Checkpoint& checkpoint) const {
     core::TileState state;
     state.rect = film.tile_rect(tile);
     if (entry.sequence == 0) {
-      if (film.tile_samples(tile) > 0) {  // from a damaged checkpoint
-        film.restore(tile, std::move(state), 0);
-      }
       continue;
     }
     const std::size_t pixels = pixels_of(state.rect);
     part.resize(sizeof(SlotFields) + pixels * layout.pixel_bytes);
     const auto got = read_at(fd_.get(), part, layout.slot_offset(tile, entry.slot % 2), path_);
     if (!got) {
-      return got.error();
+      return unread(got.error());
     }
     SlotFields fields;
     std::memcpy(&fields, part.data(), sizeof fields);
@@ -258,7 +272,7 @@ Status FilmFile::restore_meter(core::Film& film, std::uint32_t sequence) const {
   std::vector<std::byte> part(meter_size(film));
   const auto got = read_at(fd_.get(), part, Layout(film).meter_offset(film, sequence), path_);
   if (!got) {
-    return got.error();
+    return unread(got.error());
   }
   MeterFields fields;
   std::memcpy(&fields, part.data(), sizeof fields);
@@ -306,30 +320,41 @@ Status FilmFile::write_meter(const core::Film& film, std::uint32_t sequence) {
 core::Result<FilmRecord> FilmFile::restore(core::Film& film) {
   auto first = read_checkpoint(film, 0);
   auto second = read_checkpoint(film, 1);
+  for (const auto* head : {&first, &second}) {
+    if (!*head && is_unread(head->error())) {
+      return head->error();
+    }
+  }
   const bool second_is_newer = second && (!first || second->sequence > first->sequence);
   for (auto* candidate : {second_is_newer ? &second : &first, second_is_newer ? &first : &second}) {
     if (!*candidate || (*candidate)->sequence == 0) {
       continue;
     }
-    if (restore_tiles(film, **candidate) && restore_meter(film, (*candidate)->sequence)) {
-      film.add_cpu_seconds((*candidate)->cpu_seconds_beside);
-      sequence_ = (*candidate)->sequence;
-      tiles_ = std::move((*candidate)->tiles);
-      versions_.clear();
-      for (int tile = 0; tile < film.tile_count(); ++tile) {
-        versions_.push_back(
-            tiles_[static_cast<std::size_t>(tile)].sequence == 0 ? 0 : film.tile_version(tile));
+    Status status = restore_tiles(film, **candidate);
+    status = status ? restore_meter(film, (*candidate)->sequence) : status;
+    if (!status) {
+      clear(film);
+      if (is_unread(status.error())) {
+        return status.error();
       }
-      return std::move((*candidate)->record);
+      continue;
     }
+    film.add_cpu_seconds((*candidate)->cpu_seconds_beside);
+    sequence_ = (*candidate)->sequence;
+    tiles_ = std::move((*candidate)->tiles);
+    versions_.clear();
+    for (int tile = 0; tile < film.tile_count(); ++tile) {
+      versions_.push_back(
+          tiles_[static_cast<std::size_t>(tile)].sequence == 0 ? 0 : film.tile_version(tile));
+    }
+    return std::move((*candidate)->record);
   }
-  if (first && second && first->sequence == 0 && second->sequence == 0) {
-    tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
-    return FilmRecord{};
-  }
-  // Checkpoint 1 is in head 1. If head 0 is still blank, checkpoint 1 was cut short and was never
-  // reported as saved.
-  if (first && first->sequence == 0 && !second && second.error().code == ErrorCode::kInternal) {
+  // Checkpoint 1 is in head 1. If head 0 is still blank and head 1 is damaged, checkpoint 1 was cut
+  // short and was never reported as saved.
+  const bool is_blank =
+      first && first->sequence == 0 &&
+      (second ? second->sequence == 0 : second.error().code == ErrorCode::kInternal);
+  if (is_blank) {
     tiles_.assign(static_cast<std::size_t>(film.tile_count()), Tile{});
     return FilmRecord{};
   }

@@ -42,8 +42,9 @@ class FilmFile {
   /// Opens or creates the file. Errors: kNoSpace, kInternal.
   static core::Result<FilmFile> open(const std::string& path);
 
-  /// Reads the last complete checkpoint into an empty film; a file without one leaves it empty.
-  /// Errors: kConflict when the file belongs to a film of another geometry; kInternal for damage.
+  /// Reads the last complete checkpoint into an empty film; a file without one, or an error, leaves
+  /// it empty. Errors: kConflict when the file belongs to a film of another geometry; kInternal for
+  /// damage; kUnavailable when the disk could not read it.
   core::Result<FilmRecord> restore(core::Film& film);
 
   /// Writes the tiles that changed since the last write or restore. is_final: releases the disk

@@ -1,5 +1,6 @@
 #include "server/store/film_file.h"
 
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstring>
@@ -7,9 +8,26 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include "tests/unit/server/server_test_support.h"
+
+namespace {
+
+/// Reads of this thread until one fails; negative: none does.
+thread_local int reads_before_failure = -1;
+
+}  // namespace
+
+extern "C" ssize_t pread(int fd, void* bytes, size_t count, off_t offset) {
+  if (reads_before_failure >= 0 && reads_before_failure-- == 0) {
+    errno = EIO;
+    return -1;
+  }
+  return ::syscall(SYS_pread64, fd, bytes, count, offset);
+}
 
 namespace {
 
@@ -436,6 +454,43 @@ TEST(FilmFile, ReportsDamageToBothCheckpoints) {
   const auto record = load(path, film);
   ASSERT_FALSE(record);
   EXPECT_EQ(record.error().code, core::ErrorCode::kInternal);
+}
+
+// What cannot be read may be whole: neither an older checkpoint nor a blank film stands for it.
+TEST(FilmFile, AFailedReadIsNoDamage) {
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.film");
+  const std::string empty_digest = core::Film(small_film(), 2).digest();
+  for (const int checkpoints : {1, 2}) {
+    std::string digest = write_two(path).second;
+    if (checkpoints == 1) {
+      core::Film film(small_film(), 2);
+      auto file = FilmFile::open(folder.file("one.film"));
+      ASSERT_TRUE(file->restore(film));
+      fill(film, 2);
+      ASSERT_TRUE(file->write(film, record_of(2), false));
+      digest = film.digest();
+    }
+    auto file = FilmFile::open(checkpoints == 1 ? folder.file("one.film") : path);
+    ASSERT_TRUE(file);
+    core::Film film(small_film(), 2);
+    int failures = 0;
+    for (bool more = true; more; ++failures) {
+      reads_before_failure = failures;
+      const auto record = file->restore(film);
+      more = reads_before_failure < 0;
+      reads_before_failure = -1;
+      if (more) {
+        ASSERT_FALSE(record) << failures;
+        EXPECT_EQ(record.error().code, core::ErrorCode::kUnavailable) << failures;
+        EXPECT_EQ(film.digest(), empty_digest) << failures;
+      } else {
+        ASSERT_TRUE(record) << record.error().message;
+        EXPECT_EQ(film.digest(), digest);
+      }
+    }
+    EXPECT_GE(failures, 2 + film.tile_count()) << "two heads and each tile";
+  }
 }
 
 TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {

@@ -395,7 +395,7 @@ class App {
     webhook_secrets_ =
         std::make_unique<WebhookSecrets>(deliveries_, *std::move(secret), config_.shared);
     webhooks_ = std::make_unique<WebhookSender>(
-        WebhookParts{deliveries_, *webhook_secrets_, log_, metrics_},
+        WebhookParts{deliveries_, *webhook_secrets_, log_, metrics_}, std::make_unique<WebCalls>(),
         config_.webhook_private ? Reach::kAnywhere : Reach::kPublicOnly);
     return core::ok_status();
   }

@@ -42,15 +42,16 @@ struct WebPost {
   std::chrono::milliseconds timeout{15'000};  ///< For the whole call, including name resolution.
 };
 
-/// Concurrent POSTs, driven by the thread that calls wait().
-class WebCalls {
+/// Concurrent POSTs, driven by the thread that calls wait(). tests/simulation has others than those
+/// of libcurl.
+class WebCaller {
  public:
-  WebCalls();
-  ~WebCalls();
-  WebCalls(const WebCalls&) = delete;
-  WebCalls& operator=(const WebCalls&) = delete;
+  WebCaller() = default;
+  virtual ~WebCaller() = default;
+  WebCaller(const WebCaller&) = delete;
+  WebCaller& operator=(const WebCaller&) = delete;
 
-  void begin(std::string id, const WebPost& post);
+  virtual void begin(std::string id, const WebPost& post) = 0;
   struct Ended {
     std::string id;
     /// Status of the response. Errors: kForbidden for an address that is not public; kUnavailable,
@@ -58,9 +59,19 @@ class WebCalls {
     core::Result<int> status;
   };
   /// Returns when a call has ended, when wake() is called, or after `time`.
-  std::vector<Ended> wait(std::chrono::milliseconds time);
+  virtual std::vector<Ended> wait(std::chrono::milliseconds time) = 0;
   /// Ends a wait(). From any thread.
-  void wake();
+  virtual void wake() = 0;
+};
+
+class WebCalls final : public WebCaller {
+ public:
+  WebCalls();
+  ~WebCalls() override;
+
+  void begin(std::string id, const WebPost& post) override;
+  std::vector<Ended> wait(std::chrono::milliseconds time) override;
+  void wake() override;
   std::size_t open_count() const { return calls_.size(); }
 
  private:

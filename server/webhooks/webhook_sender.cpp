@@ -36,12 +36,13 @@ std::optional<double> webhook_wait_seconds(int attempts) {
   return index < kWaitSeconds.size() ? std::optional<double>(kWaitSeconds[index]) : std::nullopt;
 }
 
-WebhookSender::WebhookSender(WebhookParts parts, Reach reach)
+WebhookSender::WebhookSender(WebhookParts parts, std::unique_ptr<WebCaller> calls, Reach reach)
     : table_(parts.table),
       secrets_(parts.secrets),
       log_(parts.log),
       metrics_(parts.metrics),
       reach_(reach),
+      calls_(std::move(calls)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 WebhookSender::~WebhookSender() { stop(); }
@@ -54,10 +55,10 @@ void WebhookSender::stop() {
 }
 
 void WebhookSender::run(const std::stop_token& stop) {
-  const std::stop_callback wake(stop, [this] { calls_.wake(); });
+  const std::stop_callback wake(stop, [this] { calls_->wake(); });
   while (!stop.stop_requested()) {
     begin_due();
-    for (const WebCalls::Ended& ended : calls_.wait(kPoll)) {
+    for (const WebCaller::Ended& ended : calls_->wait(kPoll)) {
       const auto found = std::find_if(open_.begin(), open_.end(),
                                       [&](const auto& call) { return call.second.id == ended.id; });
       DeliveryRow row = std::move(found->second);
@@ -115,7 +116,7 @@ void WebhookSender::begin(const DeliveryRow& row) {
                   {"webhook-timestamp", std::to_string(timestamp)},
                   {"webhook-signature", webhook_signature(*key, row.id, timestamp, row.body)}};
   post.reach = reach_;
-  calls_.begin(row.id, post);
+  calls_->begin(row.id, post);
   open_[row.receiver] = row;
 }
 

@@ -40,7 +40,7 @@ struct WebhookParts {
 
 class WebhookSender {
  public:
-  WebhookSender(WebhookParts parts, Reach reach);
+  WebhookSender(WebhookParts parts, std::unique_ptr<WebCaller> calls, Reach reach);
   ~WebhookSender();
   WebhookSender(const WebhookSender&) = delete;
   WebhookSender& operator=(const WebhookSender&) = delete;
@@ -61,7 +61,7 @@ class WebhookSender {
   Log& log_;
   Metrics& metrics_;
   const Reach reach_;
-  WebCalls calls_;
+  const std::unique_ptr<WebCaller> calls_;
   std::map<std::string, DeliveryRow> open_;  ///< Deliveries by receiver; used only by the thread.
   double rests_until_ =
       0;  ///< Pause after the store failed, since calls would be repeated again and again.

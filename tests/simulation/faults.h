@@ -40,6 +40,9 @@ enum class Fault : std::uint8_t {
   kWorkerRestarted,
   kWorkerSick,
   kWorkerLied,
+  kCallLost,
+  kCallRefused,
+  kCallUnanswered,
 };
 
 struct FaultRow {
@@ -48,7 +51,7 @@ struct FaultRow {
 };
 /// A kind that only lives with workers can have happens in a seventh of the time, so that its
 /// number is larger: each must happen once a day.
-inline constexpr std::array<FaultRow, 27> kFaults = {
+inline constexpr std::array<FaultRow, 30> kFaults = {
     {{"killed", 24},          {"power-lost", 24},
      {"stopped", 8},          {"upgraded", 0},
      {"stalled", 1000},       {"clock-jumped", 12},
@@ -62,7 +65,8 @@ inline constexpr std::array<FaultRow, 27> kFaults = {
      {"request-lost", 1000},  {"request-doubled", 1000},
      {"result-late", 480},    {"network-cut", 960},
      {"worker-restarted", 0}, {"worker-sick", 0},
-     {"worker-lied", 0}}};
+     {"worker-lied", 0},      {"call-lost", 12},
+     {"call-refused", 12},    {"call-unanswered", 12}}};
 constexpr const FaultRow& row_of(Fault kind) { return kFaults[static_cast<std::size_t>(kind)]; }
 
 inline constexpr Nanoseconds kHour = 3600 * kSecond;

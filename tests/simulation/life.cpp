@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include <nlohmann/json.hpp>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,6 +23,7 @@
 #include "api/job/job_spec.h"
 #include "api/json/error_codes.h"
 #include "core/compare/comparison.h"
+#include "server/observe/clock.h"
 #include "server/store/database.h"
 #include "server/store/key_table.h"
 #include "server/store/uuid.h"
@@ -30,6 +32,7 @@
 #include "tests/simulation/disk.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/model.h"
+#include "tests/simulation/receiver.h"
 #include "tests/simulation/requests.h"
 #include "tests/simulation/server.h"
 #include "tests/simulation/watch.h"
@@ -58,6 +61,9 @@ constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1
 constexpr int kRetentionSeconds = 600;
 constexpr double kWorkers = 0.15;   ///< Share of the lives in which workers render.
 constexpr double kLastKind = 0.02;  ///< With the real renderer.
+/// Seconds after which a call that is due must have been made; more than all polls and rests.
+constexpr double kCallWaits = 600;
+constexpr int kKindWithWebhook = 1;
 constexpr std::array kSamples = {2, 4, 8, 16, 32};
 
 }  // namespace
@@ -70,6 +76,7 @@ std::string body_of(int kind, int samples, int retention_seconds) {
          std::to_string(samples) + "}" +
          (retention_seconds > 0 ? ", \"retention_seconds\": " + std::to_string(retention_seconds)
                                 : "") +
+         (kind == kKindWithWebhook ? R"(, "webhook": {"url": "http://receiver.example"})" : "") +
          "}";
 }
 
@@ -143,7 +150,10 @@ void World::start() {
   server_.keys.emplace(server_.config, *server_.key_table);
   check_keys(is_unreadable);
   set_disk_unreadable(false);
-  failed = server_.start(life_.build, workers_seed_);
+  failed = server_.start(
+      life_.build, workers_seed_,
+      std::make_unique<Calls>([this](const server::WebPost& post) { take_call(post); },
+                              [this] { return life_.is_faulty && !is_calm(); }));
   if (!failed.empty()) {
     fail("the server does not resume: " + failed);
   }
@@ -264,14 +274,71 @@ void World::check_events(int tenant, const std::string& id, const JobPointer& jo
   }
 }
 
-/// A film of which a read has failed may be said to be gone; that it is not is a fault left.
+/// A call arrives: it must be signed, and what it is about must have ended as it says.
+void World::take_call(const server::WebPost& post) {
+  const auto header = [&](const std::string& name) {
+    const auto found = std::find_if(post.headers.begin(), post.headers.end(),
+                                    [&](const auto& each) { return each.first == name; });
+    return found == post.headers.end() ? "" : found->second;
+  };
+  const auto body = nlohmann::json::parse(post.body);
+  const auto& data = body.at("data");
+  const auto id = data.at("id").get<std::string>();
+  std::optional<std::string> tenant;
+  if (const auto job = server_.jobs->find(id, Access::operators())) {
+    tenant = (*job)->tenant();
+  } else if (const auto batch = server_.batch_table->find(id, Access::operators())) {
+    tenant = batch->tenant;
+  }
+  const auto secret =
+      tenant ? server_.webhook_secrets->of(*tenant) : core::Result<std::string>(core::Error{});
+  if (secret && header("webhook-signature") !=
+                    server::webhook_signature(*server::webhook_key(*secret), header("webhook-id"),
+                                              std::stoll(header("webhook-timestamp")), post.body)) {
+    fail("a call about " + id + " is not signed by its tenant's secret");
+  }
+  const bool is_batch = body.at("type") == "batch.end";
+  for (const auto& job : is_batch ? data.at("jobs") : nlohmann::json::array({data})) {
+    const auto state = api::job_state_from_text(job.at("state").get<std::string>());
+    if (!state || !api::is_final(*state)) {
+      fail("a call says that " + id + " has ended, and a job is " + job.at("state").dump());
+    }
+  }
+  const int samples = is_batch ? 0 : data.at("spec").at("stop").at("samples_per_pixel").get<int>();
+  const std::string digest = ledger_.digest(kKindWithWebhook, samples);  // Empty: not yet known.
+  if (!is_batch && data.at("state") == "finished" && !digest.empty() &&
+      data.at("film_digest") != digest) {
+    fail("a call names another digest for job " + id);
+  }
+  ledger_.note(0, "ok-call " + header("webhook-id") + " " + id);
+}
+
+/// The end of a job has made a call, which is not overdue.
+void World::check_calls(const std::string& id, const server::Job& job) {
+  if (!job.record().view.spec.webhook) {
+    return;
+  }
+  const auto calls = server_.deliveries->list({.job = id}, Access::operators());
+  if (calls && calls->empty()) {
+    fail("job " + id + " has ended, and its webhook is lost");
+  }
+  for (const server::DeliveryRow& call : calls ? *calls : std::vector<server::DeliveryRow>()) {
+    if (call.state == "pending" && call.next_at < server::unix_now() - kCallWaits) {
+      fail("call " + call.id + " of job " + id + " is not made");
+    }
+  }
+}
+
 void World::check_film(const std::string& id, const JobPointer& job) {
   const KnownJob known = ledger_.jobs()[id];
   const auto film = server_.jobs->films().final_film(*job, {});
   const JobState state = job->state();
-  if (known.is_damaged || state == JobState::kFailed ||
-      (!film && (known.retention_seconds > 0 || has_happened(Fault::kReadFails) ||
-                 film.error().code == core::ErrorCode::kInternal))) {
+  const auto has_failed_by = [&](core::ErrorCode code) {
+    return !film && film.error().code == code;
+  };
+  if (known.is_damaged || state == JobState::kFailed || (!film && known.retention_seconds > 0) ||
+      has_failed_by(core::ErrorCode::kInternal) ||
+      (has_failed_by(core::ErrorCode::kUnavailable) && has_happened(Fault::kReadFails))) {
     return;
   }
   if (state != JobState::kFinished) {  // Cancelled: it may have a film.
@@ -553,6 +620,7 @@ void World::settle(int tenant, Random& random) {
           expire(tenant, id, job);
         } else {
           check_film(id, job);
+          check_calls(id, *job);
           look(tenant, id);
         }
       } else {

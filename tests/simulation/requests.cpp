@@ -44,6 +44,7 @@ std::string name_of(const std::string& thing) { return thing.substr(thing.find('
 
 std::string batch_body(int kind, const std::vector<int>& samples) {
   Json body = {{"name", std::to_string(kind) + " {index}"},
+               {"webhook", {{"url", "http://receiver.example"}}},
                {"template", Json::parse(body_of(kind, samples.front()))},
                {"matrix", {{"stop.samples_per_pixel", samples}}}};
   return body.dump();

@@ -14,12 +14,12 @@
 namespace simulation {
 
 /// What is carried out and counted, as `ok-NAME` in the trace.
-inline constexpr std::array<std::string_view, 25> kRequests = {
-    "submit",      "post",         "rank",        "pause",      "resume",
-    "cancel",      "remove",       "extend",      "retry",      "expire",
-    "watch-tiles", "watch-events", "compare",     "upload",     "cut-upload",
-    "drop-upload", "preset",       "drop-preset", "batch",      "drop-batch",
-    "add-key",     "remove-key",   "backup",      "check-rest", "small"};
+inline constexpr std::array<std::string_view, 26> kRequests = {
+    "submit",  "post",       "rank",       "pause",       "resume",      "cancel",
+    "remove",  "extend",     "retry",      "expire",      "watch-tiles", "watch-events",
+    "compare", "upload",     "cut-upload", "drop-upload", "preset",      "drop-preset",
+    "batch",   "drop-batch", "add-key",    "remove-key",  "backup",      "check-rest",
+    "small",   "call"};
 
 std::string access_name(int tenant);
 /// JSON of a job. kind: of life.cpp's kKinds.

@@ -24,8 +24,10 @@
 #include "server/store/key_table.h"
 #include "server/store/preset_table.h"
 #include "server/store/session_store.h"
+#include "server/webhooks/webhook_sender.h"
 #include "tests/simulation/broker.h"
 #include "tests/simulation/comparisons.h"
+#include "tests/simulation/receiver.h"
 #include "tests/simulation/workers.h"
 #include "tests/unit/server/server_parts.h"
 
@@ -48,6 +50,7 @@ struct Server : test_support::ServerParts {
   std::optional<server::UsageTable> usage;
   std::optional<server::DeliveryTable> deliveries;
   std::optional<server::WebhookSecrets> webhook_secrets;
+  std::optional<server::WebhookSender> webhooks;
   std::unique_ptr<server::SessionStore> sessions;
   std::optional<server::Guard> guard;
   server::Tickets tickets;
@@ -70,7 +73,8 @@ struct Server : test_support::ServerParts {
   }
 
   /// Resumes the jobs, likewise. workers: their seed; empty: there are none.
-  std::string start(int build, std::optional<std::uint64_t> workers) {
+  std::string start(int build, std::optional<std::uint64_t> workers,
+                    std::unique_ptr<server::WebCaller> calls) {
     load_scenes(0);
     const auto number = table->next_run();
     if (!number) {
@@ -97,6 +101,10 @@ struct Server : test_support::ServerParts {
       return resumed.error().message;
     }
     batches->resume();
+    deliveries.emplace(*database);
+    webhook_secrets.emplace(*deliveries, "", false);
+    webhooks.emplace(server::WebhookParts{*deliveries, *webhook_secrets, log, metrics},
+                     std::move(calls), server::Reach::kAnywhere);
     return open_routes();
   }
 
@@ -104,8 +112,6 @@ struct Server : test_support::ServerParts {
   std::string open_routes() {
     presets.emplace(*database);
     usage.emplace(*database);
-    deliveries.emplace(*database);
-    webhook_secrets.emplace(*deliveries, "", false);
     auto opened = server::SessionStore::open(*database);
     if (!opened) {
       return opened.error().message;

@@ -14,6 +14,7 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
     simulation/main.cpp
     simulation/model.cpp
     simulation/operators.cpp
+    simulation/receiver.cpp
     simulation/requests.cpp
     simulation/watch.cpp
     simulation/wire.cpp

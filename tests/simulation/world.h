@@ -75,6 +75,8 @@ class World {
   /// Returns the job if it is there; checks that it is as it was acknowledged.
   JobPointer look(int tenant, const std::string& id);
   void check_view(const std::string& id, const KnownJob& known, const api::JobView& view);
+  void take_call(const server::WebPost& post);
+  void check_calls(const std::string& id, const server::Job& job);
   void check_events(int tenant, const std::string& id, const JobPointer& job);
   void check_film(const std::string& id, const JobPointer& job);
   void note_answer(int tenant, const std::string& verb, const std::string& id,

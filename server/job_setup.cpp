@@ -6,15 +6,15 @@
 #include <utility>
 
 #include "core/base/cgroup.h"
-#include "server/queue/nats_link.h"
+#include "server/queue/units.h"
 
 namespace server {
 namespace {
 
 /// Returns null without --queue.
-core::Result<std::shared_ptr<queue::NatsLink>> open_queue(const Config& config) {
+core::Result<std::shared_ptr<queue::UnitQueue>> open_queue(const Config& config) {
   if (config.queue.empty()) {
-    return std::shared_ptr<queue::NatsLink>();
+    return std::shared_ptr<queue::UnitQueue>();
   }
   const auto at_flag = [](core::Error error) {
     error.where = "--queue";
@@ -27,7 +27,11 @@ core::Result<std::shared_ptr<queue::NatsLink>> open_queue(const Config& config) 
   }
   const auto version = queue::server_version(config.queue);
   const auto usable = version ? queue::check_version(*version) : core::ok_status();
-  return usable ? link : at_flag(usable.error());
+  if (!usable) {
+    return at_flag(usable.error());
+  }
+  return std::shared_ptr<queue::UnitQueue>(
+      std::make_shared<queue::UnitPublisher>(*std::move(link)));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "core/base/cgroup.h"
 #include "server/jobs/work_board.h"
 #include "server/observe/clock.h"
-#include "server/queue/units.h"
+#include "server/queue/unit_queue.h"
 #include "server/scenes/scene_facts.h"
 
 namespace server {
@@ -96,7 +96,7 @@ JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::in
     local_.max = options_.render_threads;
     builder_.set_local_threads(&local_);
     board_ = std::make_unique<WorkBoard>(
-        std::make_unique<queue::UnitPublisher>(options_.queue), scheduler_, log_, options_.work,
+        options_.queue, scheduler_, log_, options_.work,
         WorkBoard::Calls{
             .note_waiting =
                 [this](Job& job, const std::string& reason) { builder_.note_waiting(job, reason); },

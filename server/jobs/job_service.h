@@ -35,7 +35,7 @@
 #include "server/workers/work_options.h"
 
 namespace queue {
-class NatsLink;
+class UnitQueue;
 }
 
 namespace server {
@@ -53,7 +53,7 @@ struct JobServiceOptions {
   std::string arithmetic = {};         ///< core::arithmetic_class() of this process.
   std::string build = {};              ///< JSON text stored with films rendered here.
   ///< From which workers take units; null: no workers.
-  std::shared_ptr<queue::NatsLink> queue = {};
+  std::shared_ptr<queue::UnitQueue> queue = {};
   int render_threads = 0;  ///< With a queue: LocalThreads::max.
   WorkOptions work = {};
 };

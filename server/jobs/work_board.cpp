@@ -44,9 +44,9 @@ core::Result<std::optional<LeaseTable::Work>> render_slices(const std::shared_pt
 
 }  // namespace
 
-WorkBoard::WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler,
-                     Log& log, WorkOptions options, Calls calls)
-    : publisher_(std::move(publisher)),
+WorkBoard::WorkBoard(std::shared_ptr<queue::UnitQueue> queue, Scheduler& scheduler, Log& log,
+                     WorkOptions options, Calls calls)
+    : queue_(std::move(queue)),
       scheduler_(scheduler),
       log_(log),
       options_(std::move(options)),
@@ -453,7 +453,7 @@ void WorkBoard::find_lost_messages() {
   if (!expected) {
     return;
   }
-  const auto messages = publisher_->messages();
+  const auto messages = queue_->messages();
   if (!messages) {
     note_queue_fault(messages.error());
     return;
@@ -475,7 +475,7 @@ void WorkBoard::publish() {
     names = table_.take_to_publish(options_.now());
   }
   for (const std::string& name : names) {
-    if (const Status published = publisher_->publish(name); !published) {
+    if (const Status published = queue_->publish(name); !published) {
       note_queue_fault(published.error());
       return;
     }
@@ -489,25 +489,25 @@ void WorkBoard::request_reports() {
     workers = table_.take_to_report();
   }
   for (const std::string& worker : workers) {
-    publisher_->request_report(worker);
+    queue_->request_report(worker);
   }
 }
 
 /// Creates the stream on each new connection and publishes all open units in it.
 bool WorkBoard::prepare_broker() {
-  const std::uint64_t generation = publisher_->link().generation();
-  if (prepared_ == generation && publisher_->link().is_connected()) {
+  const std::uint64_t generation = queue_->generation();
+  if (prepared_ == generation && queue_->is_connected()) {
     return true;
   }
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(options_.lease_time());
-  if (const Status ready = publisher_->prepare(silence); !ready) {
+  if (const Status ready = queue_->prepare(silence); !ready) {
     if (broker_fault_ != ready.error().message) {
       broker_fault_ = ready.error().message;
       log_.write(LogLevel::kWarning, "queue_fault", {{"detail", broker_fault_}});
     }
     return false;
   }
-  log_.write(LogLevel::kInfo, "queue_ready", {{"queue", publisher_->link().name()}});
+  log_.write(LogLevel::kInfo, "queue_ready", {{"queue", queue_->name()}});
   broker_fault_.clear();
   prepared_ = generation;
   const core::MutexLock lock(mutex_);

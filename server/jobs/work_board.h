@@ -30,7 +30,7 @@
 #include "server/jobs/scheduler.h"
 #include "server/jobs/unit_planner.h"
 #include "server/observe/log.h"
-#include "server/queue/units.h"
+#include "server/queue/unit_queue.h"
 #include "server/workers/lease_table.h"
 
 namespace server {
@@ -52,7 +52,7 @@ class WorkBoard {
     Distrust distrust;
   };
   /// scheduler and log must outlive it.
-  WorkBoard(std::unique_ptr<queue::UnitPublisher> publisher, Scheduler& scheduler, Log& log,
+  WorkBoard(std::shared_ptr<queue::UnitQueue> queue, Scheduler& scheduler, Log& log,
             WorkOptions options, Calls calls);
   ~WorkBoard() { stop(); }
   WorkBoard(const WorkBoard&) = delete;
@@ -116,7 +116,7 @@ class WorkBoard {
   bool prepare_broker();
   static void give_back(const LeaseTable::Units& units);
 
-  const std::unique_ptr<queue::UnitPublisher> publisher_;
+  const std::shared_ptr<queue::UnitQueue> queue_;
   Scheduler& scheduler_;
   Log& log_;
   const WorkOptions options_;

@@ -14,23 +14,22 @@
 
 #include "core/base/result.h"
 #include "server/queue/nats_link.h"
+#include "server/queue/unit_queue.h"
 
 namespace queue {
 
-class UnitPublisher {
+class UnitPublisher final : public UnitQueue {
  public:
   explicit UnitPublisher(std::shared_ptr<NatsLink> link) : link_(std::move(link)) {}
 
-  /// Creates the stream, empty, and its consumer. silence: time without renewal after which a unit
-  /// goes to the next worker. Errors: kUnavailable; kInvalidArgument for an unsupported server.
-  core::Status prepare(std::chrono::milliseconds silence);
-  /// Errors: kUnavailable; call prepare() again.
-  core::Status publish(std::string_view unit);
-  /// Returns the number of units that no worker is done with. Errors: as publish().
-  core::Result<std::uint64_t> messages();
-  /// Asks the worker to report at once. The request may get lost.
-  void request_report(const std::string& worker);
-  const NatsLink& link() const { return *link_; }
+  std::string name() const override { return link_->name(); }
+  bool is_connected() const override { return link_->is_connected(); }
+  std::uint64_t generation() const override { return link_->generation(); }
+  /// Creates the stream and its consumer.
+  core::Status prepare(std::chrono::milliseconds silence) override;
+  core::Status publish(std::string_view unit) override;
+  core::Result<std::uint64_t> messages() override;
+  void request_report(const std::string& worker) override;
 
  private:
   std::shared_ptr<NatsLink> link_;

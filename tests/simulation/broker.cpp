@@ -1,13 +1,10 @@
-// Defines what server/queue/nats_link.cpp and units.cpp define, so that these are not linked.
 #include "tests/simulation/broker.h"
 
 #include <algorithm>
-#include <atomic>
 #include <set>
 #include <utility>
 #include <vector>
 
-#include "server/queue/units.h"
 #include "tests/simulation/faults.h"
 
 namespace simulation {
@@ -24,7 +21,7 @@ struct Broker {
   Random random;
   bool is_lossy = false;
   bool is_up = true;
-  std::atomic<std::uint64_t>* generation = nullptr;
+  std::uint64_t generation = 1;
   Nanoseconds silence = kSecond;
   std::vector<Entry> entries;
   std::uint64_t last = 0;
@@ -51,11 +48,51 @@ void set_due(const UnitMessage& message, Nanoseconds due) {
   }
 }
 
+class Queue final : public queue::UnitQueue {
+ public:
+  std::string name() const override { return "simulation"; }
+  bool is_connected() const override { return broker->is_up; }
+  std::uint64_t generation() const override { return broker->generation; }
+  core::Status prepare(std::chrono::milliseconds silence) override {
+    if (!broker->is_up) {
+      return unreachable();
+    }
+    broker->entries.clear();
+    broker->silence = std::chrono::nanoseconds(silence).count();
+    return core::ok_status();
+  }
+  core::Status publish(std::string_view unit) override {
+    if (!broker->is_up) {
+      return unreachable();
+    }
+    int copies = 1;
+    if (broker->is_lossy && strikes(Fault::kNameLost)) {
+      copies = 0;
+    } else if (broker->is_lossy && strikes(Fault::kNameDoubled)) {
+      copies = 2;
+    }
+    for (int i = 0; i < copies; ++i) {
+      broker->entries.push_back({{std::string(unit), ++broker->last}, now()});
+    }
+    wake(broker, true);
+    return core::ok_status();
+  }
+  core::Result<std::uint64_t> messages() override {
+    return broker->is_up ? core::Result<std::uint64_t>(broker->entries.size()) : unreachable();
+  }
+  void request_report(const std::string& worker) override {
+    if (broker->is_up && !(broker->is_lossy && strikes(Fault::kRequestLost))) {
+      broker->to_report.insert(worker);
+      wake(&broker->to_report, true);
+    }
+  }
+};
+
 }  // namespace
 
-std::shared_ptr<queue::NatsLink> start_broker(std::uint64_t seed) {
+std::shared_ptr<queue::UnitQueue> start_broker(std::uint64_t seed) {
   broker = new Broker(seed);  // Lives as long as the process.
-  return *queue::NatsLink::open({}, "");
+  return std::make_shared<Queue>();
 }
 
 void set_broker_lossy(bool is_lossy) { broker->is_lossy = is_lossy; }
@@ -66,7 +103,7 @@ void set_broker_up(bool is_up) {
   }
   if (is_up && !broker->is_up) {
     broker->entries.clear();
-    ++*broker->generation;
+    ++broker->generation;
   }
   broker->is_up = is_up;
 }
@@ -108,62 +145,3 @@ void await_report_request(const std::string& worker, Nanoseconds deadline) {
 }
 
 }  // namespace simulation
-
-namespace queue {
-
-using simulation::broker;
-
-struct NatsLink::Handles {};
-
-core::Result<std::shared_ptr<NatsLink>> NatsLink::open(const Address& /*address*/,
-                                                       const std::string& /*name*/) {
-  std::shared_ptr<NatsLink> link(new NatsLink());
-  broker->generation = &link->generation_;
-  return link;
-}
-
-NatsLink::~NatsLink() = default;
-
-bool NatsLink::is_connected() const { return broker->is_up; }
-
-core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
-  if (!broker->is_up) {
-    return simulation::unreachable();
-  }
-  broker->entries.clear();
-  broker->silence = std::chrono::nanoseconds(silence).count();
-  return core::ok_status();
-}
-
-core::Status UnitPublisher::publish(std::string_view unit) {
-  if (!broker->is_up) {
-    return simulation::unreachable();
-  }
-  int copies = 1;
-  if (broker->is_lossy && strikes(simulation::Fault::kNameLost)) {
-    copies = 0;
-  } else if (broker->is_lossy && strikes(simulation::Fault::kNameDoubled)) {
-    copies = 2;
-  }
-  for (int i = 0; i < copies; ++i) {
-    broker->entries.push_back({{std::string(unit), ++broker->last}, simulation::now()});
-  }
-  simulation::wake(broker, true);
-  return core::ok_status();
-}
-
-core::Result<std::uint64_t> UnitPublisher::messages() {
-  if (!broker->is_up) {
-    return simulation::unreachable();
-  }
-  return static_cast<std::uint64_t>(broker->entries.size());
-}
-
-void UnitPublisher::request_report(const std::string& worker) {
-  if (broker->is_up && !(broker->is_lossy && strikes(simulation::Fault::kRequestLost))) {
-    broker->to_report.insert(worker);
-    simulation::wake(&broker->to_report, true);
-  }
-}
-
-}  // namespace queue

@@ -1,5 +1,4 @@
-/// Broker of the names of units, between WorkBoard and workers; it stands in for NATS JetStream
-/// below server/queue/units.h.
+/// Broker of the names of units, between WorkBoard and workers, in place of NATS JetStream.
 ///
 /// A name goes to one worker at a time, and to another when that one has been silent for too long.
 /// Names come in any order; while the broker is lossy, they are lost or come twice.
@@ -10,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "server/queue/nats_link.h"
+#include "server/queue/unit_queue.h"
 #include "tests/simulation/executor.h"
 
 namespace simulation {
@@ -21,7 +20,7 @@ struct UnitMessage {
 };
 
 /// Starts an empty broker. Once per process.
-std::shared_ptr<queue::NatsLink> start_broker(std::uint64_t seed);
+std::shared_ptr<queue::UnitQueue> start_broker(std::uint64_t seed);
 void set_broker_lossy(bool is_lossy);
 /// While it is down, no client reaches it; then it has lost everything.
 void set_broker_up(bool is_up);

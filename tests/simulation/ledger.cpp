@@ -166,8 +166,11 @@ void Ledger::apply(const std::string& line) {
     job.is_cancelled = false;  // It had ended before.
     job.end.clear();
     job.asked.clear();
-  } else if (verb == "ok-retry" || verb == "ok-resume") {
-    job.end = verb == "ok-retry" ? "" : job.end;
+  } else if (verb == "ok-retry") {
+    job.is_cancelled = false;  // It had failed before, although that was acknowledged.
+    job.end.clear();
+    job.asked.clear();
+  } else if (verb == "ok-resume") {
     job.asked.clear();
   } else if (verb == "ok-remove") {
     job.is_removed = true;

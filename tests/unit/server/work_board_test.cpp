@@ -33,7 +33,8 @@ class WorkBoardTest : public test_support::JobsFixture {
  protected:
   void SetUp() override {
     ticks_ = Clock::time_point(std::chrono::hours(1)).time_since_epoch().count();
-    options.queue = test_support::start_queue();
+    queue_ = std::make_shared<test_support::FakeQueue>();
+    options.queue = queue_;
     options.work.lease_seconds = kLease;
     options.work.now = [this] { return Clock::time_point(Clock::duration(ticks_.load())); };
     JobsFixture::SetUp();
@@ -98,10 +99,12 @@ class WorkBoardTest : public test_support::JobsFixture {
     });
   }
 
+  std::shared_ptr<test_support::FakeQueue> queue_;
+
  private:
   /// Returns the number of names that no test has taken.
   std::size_t take_names() {
-    for (std::string& name : test_support::take_published()) {
+    for (std::string& name : queue_->take_published()) {
       names_.push_back(std::move(name));
     }
     return names_.size();
@@ -197,9 +200,9 @@ TEST_F(WorkBoardTest, AQueueThatLostItsNamesGetsThemAgain) {
   report("a");
   const JobPointer job = submit(kSamples);
   const std::string lost = next_unit();
-  test_support::set_queue_up(false);
+  queue_->set_up(false);
   ASSERT_TRUE(wait_until([this] { return !board().counts().has_broker; }));
-  test_support::set_queue_up(true);
+  queue_->set_up(true);
   ASSERT_TRUE(comes_again(lost));
   finished_by("a", job);
 }
@@ -215,8 +218,8 @@ TEST_F(WorkBoardTest, UnitsOfACancelledJobAreDroppedAndTheirWorkersAsked) {
   EXPECT_TRUE(board().tiles_of(*job).empty());
   EXPECT_EQ(board().take(unit, sender("a"), "").error().code, ErrorCode::kNotFound);
   std::vector<std::string> asked;
-  EXPECT_TRUE(wait_until([&asked] {
-    const auto more = test_support::take_requests();
+  EXPECT_TRUE(wait_until([this, &asked] {
+    const auto more = queue_->take_requests();
     asked.insert(asked.end(), more.begin(), more.end());
     return std::find(asked.begin(), asked.end(), "a") != asked.end();
   }));

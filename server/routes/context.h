@@ -78,7 +78,7 @@ struct RouteHandler {
 /// Handlers by operation id.
 using HandlerTable = std::map<std::string_view, RouteHandler>;
 
-void add_system_handlers(const RouteContext& context, HandlerTable& table);
+void add_system_handlers(HandlerTable& table);
 void add_asset_handlers(const RouteContext& context, HandlerTable& table);
 void add_scene_handlers(const RouteContext& context, HandlerTable& table);
 void add_preset_handlers(HandlerTable& table);

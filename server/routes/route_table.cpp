@@ -39,7 +39,7 @@ Handler handler_of(const RouteContext& context, RouteHandler row, bool takes_no_
 
 std::vector<Route> make_routes(const RouteContext& context) {
   HandlerTable table;
-  add_system_handlers(context, table);
+  add_system_handlers(table);
   add_asset_handlers(context, table);
   add_scene_handlers(context, table);
   add_preset_handlers(table);

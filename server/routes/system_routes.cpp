@@ -92,32 +92,35 @@ PageFile openapi_file(const RouteContext& context, const std::string& base_path)
 
 using OpenApiFiles = SingleFlightCache<PageFile>;
 
-/// Returns the document for the path by which the client reaches the server. others: keeps the one
-/// that was asked for last.
-Response openapi(const RouteContext& context, const Request& request, const PageFile& own,
-                 OpenApiFiles& others) {
-  const std::string& path = request.base_path;  // of a trusted proxy
-  if (path.empty() || path == context.config.base_path) {
-    return page_answer(request, own);
+/// The document for the paths by which clients reach the server, made when it is asked for.
+class OpenApi {
+ public:
+  Response operator()(const RouteContext& context, const Request& request) {
+    const std::string& own = context.config.base_path;
+    const std::string& path = request.base_path.empty() ? own : request.base_path;
+    OpenApiFiles& files = path == own ? own_ : others_;
+    const auto made = files.get(path, [&]() -> core::Result<OpenApiFiles::Made> {
+      auto file = std::make_shared<const PageFile>(openapi_file(context, path));
+      const std::uint64_t bytes = file->content->size();
+      return OpenApiFiles::Made{.value = std::move(file), .bytes = bytes};
+    });
+    return made ? page_answer(request, **made) : error_answer(request, made.error());
   }
-  const auto made = others.get(path, [&]() -> core::Result<OpenApiFiles::Made> {
-    auto file = std::make_shared<const PageFile>(openapi_file(context, path));
-    const std::uint64_t bytes = file->content->size();
-    return OpenApiFiles::Made{.value = std::move(file), .bytes = bytes};
-  });
-  return made ? page_answer(request, **made) : error_answer(request, made.error());
-}
+
+ private:
+  OpenApiFiles own_{0};
+  OpenApiFiles others_{0};  ///< Of trusted proxies; keeps the one that was asked for last.
+};
 
 }  // namespace
 
-void add_system_handlers(const RouteContext& context, HandlerTable& table) {
+void add_system_handlers(HandlerTable& table) {
   table["getLiveness"] = {.handler = &liveness, .is_probe = true};
   table["getReadiness"] = {.handler = &readiness, .is_probe = true};
   table["getMetrics"] = {.handler = &metrics, .is_probe = true};
-  table["getOpenApi"] = {.handler = [own = openapi_file(context, context.config.base_path),
-                                     others = std::make_shared<OpenApiFiles>(0)](
+  table["getOpenApi"] = {.handler = [documents = std::make_shared<OpenApi>()](
                                         const RouteContext& asked, const Request& request) {
-    return openapi(asked, request, own, *others);
+    return (*documents)(asked, request);
   }};
   table["createSession"] = {.handler = &start_session};
   table["deleteSession"] = {.handler = &end_session};

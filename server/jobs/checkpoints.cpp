@@ -64,6 +64,7 @@ Status Checkpoints::save_now(const JobPointer& job) {
 }
 
 void Checkpoints::save_due(const std::stop_token& stop) {
+  std::map<std::string, Clock::time_point> saved_at;  // of the jobs that still run
   for (const JobPointer& job : parts_.book.all()) {
     const auto run = job->run();
     if (stop.stop_requested() || !run || job->memory_only()) {
@@ -71,17 +72,15 @@ void Checkpoints::save_due(const std::stop_token& stop) {
     }
     const double interval = std::max(seconds_ * kBegin, run->last_save_seconds() * kWriteShare);
     const auto now = Clock::now();
-    const auto [last, is_new] = saved_at_.emplace(job->id(), now);
-    if (is_new || std::chrono::duration<double>(now - last->second).count() < interval) {
-      continue;
+    const auto known = saved_at_.find(job->id());
+    auto last = known == saved_at_.end() ? now : known->second;
+    if (known != saved_at_.end() && std::chrono::duration<double>(now - last).count() >= interval) {
+      static_cast<void>(save_now(job));
+      last = Clock::now();
     }
-    static_cast<void>(save_now(job));
-    last->second = Clock::now();
+    saved_at.emplace(job->id(), last);
   }
-  std::erase_if(saved_at_, [this](const auto& entry) {
-    const auto job = parts_.book.find(entry.first);
-    return !job || !job->run();
-  });
+  saved_at_ = std::move(saved_at);
 }
 
 }  // namespace server

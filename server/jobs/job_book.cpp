@@ -88,6 +88,7 @@ JobPointer JobBook::find(const std::string& id) const {
 std::vector<JobPointer> JobBook::all() const {
   const core::MutexLock lock(mutex_);
   std::vector<JobPointer> jobs;
+  jobs.reserve(jobs_.size());
   for (const auto& entry : jobs_) {
     jobs.push_back(entry.second);
   }

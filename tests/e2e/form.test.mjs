@@ -22,8 +22,21 @@ const withPage = (use, device = desktop, hash = '') =>
 
 const open = (page, testId) => page.locator(`[data-testid=${testId}] > summary`).click();
 
+/** Refuses requests, so that nothing is rendered. */
+const refuse = (page, address) =>
+  page.route(address, (route) =>
+    route.request().method() === 'POST'
+      ? route.fulfill({
+          status: 422,
+          contentType: 'application/problem+json',
+          body: JSON.stringify({ title: 'Not now', status: 422 }),
+        })
+      : route.continue(),
+  );
+
 /** The next job request that the page sends, without being answered by a job. */
 async function requested(page) {
+  await refuse(page, /\/v1\/jobs$/);
   const sent = page.waitForRequest(
     (request) => request.method() === 'POST' && /\/v1\/jobs$/.test(request.url()),
   );
@@ -133,6 +146,7 @@ test(
         await page.getByLabel('Date and time (Asia/Tokyo)').fill('2026-06-21T20:30');
         await open(page, 'series-fields');
         await page.selectOption('[data-testid=day-minutes]', '60');
+        await refuse(page, /\/v1\/batches$/);
         const sent = page.waitForRequest((request) => /\/v1\/batches$/.test(request.url()));
         await page.click('[data-testid=submit]');
         const { template, matrix } = JSON.parse((await sent).postData());

@@ -270,11 +270,15 @@ export async function isOther(page, before) {
 /** The scene selected in the form, once there is one. */
 export const sceneOf = (page) => page.inputValue('[data-testid=scene]');
 
-/** Fills in the form and presses Render. */
-export async function submit(page, { scene, size = '0', samples = 64 } = {}) {
+/** Fills in the form and presses Render. size: an entry of the list; by default a small image. */
+export async function submit(page, { scene, size = 'custom', samples = 64 } = {}) {
   if (scene) await page.selectOption('[data-testid=scene]', scene);
   else await until('scenes in the list', () => sceneOf(page));
   await page.selectOption('[data-testid=size]', size);
+  if (size === 'custom') {
+    await page.fill('[data-testid=width]', '160');
+    await page.fill('[data-testid=height]', '90');
+  }
   await page.fill('[data-testid=stop-samples]', String(samples));
   const before = page.url();
   await page.click('[data-testid=submit]');

@@ -58,7 +58,7 @@ test(
   { timeout: 300_000 },
   () =>
     withPage(desktop, async (page) => {
-      await submit(page, { scene: 'cornell-box', samples: 48 });
+      await submit(page, { scene: 'cornell-box', size: '0', samples: 48 });
       const early = await until('the first tiles', () => pictureNow(page));
       await finished(page);
       const late = await until('the whole picture', async () => {

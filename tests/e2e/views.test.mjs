@@ -217,25 +217,38 @@ test('the list of renders can be filtered and opens each of them', { timeout: 30
   }),
 );
 
-test('names and states are searched in all renders of the server', { timeout: 300_000 }, () =>
-  withPage(desktop, '', async (page) => {
+let made = null;
+/**
+ * More renders than the page loads at first, the newest 40: 85 of hay, before them a red, a blue, an
+ * old and a wide one, after them a wider one. Rendered once for all tests.
+ */
+const crowd = () =>
+  (made ??= (async () => {
     const tag = `needle ${Date.now()}`;
-    const add = async (name) => {
+    const add = async (name, width = 32) => {
       const answer = await ask(`${server.url}/v1/jobs`, {
         method: 'POST',
-        headers: { 'content-type': 'application/json' },
+        headers: { 'content-type': 'application/json', prefer: 'wait=60' },
         body: JSON.stringify({
           scene: 'furnace',
           name,
-          film: { width: 32, height: 32 },
+          film: { width, height: 32 },
           stop: { samples_per_pixel: 2 },
         }),
       });
-      assert.equal(answer.status, 201);
+      assert.ok(answer.ok, String(answer.status));
+      return (await answer.json()).id;
     };
-    // The page has loaded the newest 40.
-    for (const kind of ['Red', 'Blue']) await add(`${kind} ${tag}`);
+    for (const colour of ['Red', 'Blue']) await add(`${colour} ${tag}`);
+    const old = await add(`Old ${tag}`);
+    await add(`wide ${tag}`, 48);
     for (let i = 0; i < 85; ++i) await add(`hay ${tag} ${i}`);
+    return { tag, old, wider: await add(`wider ${tag}`, 48) };
+  })());
+
+test('names and states are searched in all renders of the server', { timeout: 300_000 }, () =>
+  withPage(desktop, '', async (page) => {
+    const { tag } = await crowd();
     const cards = page.locator('.job-card');
     const found = (count, names) =>
       until(`${count} cards`, async () => {
@@ -275,25 +288,7 @@ for (const [name, device] of [
 ]) {
   test(`any two renders of the server can be selected on a ${name}`, { timeout: 300_000 }, () =>
     withPage(device, '', async (page) => {
-      const tag = `${name} ${Date.now()}`;
-      const add = async (name, width = 32) => {
-        const answer = await ask(`${server.url}/v1/jobs`, {
-          method: 'POST',
-          headers: { 'content-type': 'application/json', prefer: 'wait=60' },
-          body: JSON.stringify({
-            scene: 'furnace',
-            name,
-            film: { width, height: 32 },
-            stop: { samples_per_pixel: 2 },
-          }),
-        });
-        assert.ok(answer.ok, String(answer.status));
-        return (await answer.json()).id;
-      };
-      const old = await add(`Old ${tag}`);
-      await add(`wide ${tag}`, 48);
-      for (let i = 0; i < 42; ++i) await add(`new ${tag} ${i}`);
-      const wider = await add(`wider ${tag}`, 48);
+      const { tag, old, wider } = await crowd();
       // Nothing is compared unasked; the newest of one size are offered, not those that differ.
       await page.goto(`${server.url}/#/compare`);
       await page.reload();
@@ -383,6 +378,10 @@ test('every state of the server is reported accessibly', { timeout: 300_000 }, a
   await withPage(light, '', async (page) => {
     await submit(page, { scene: 'furnace', samples: 65536 });
     id = new URL(page.url()).hash.split('/').pop();
+    // Unfinished, without using the processor.
+    await until('tiles', () => pictureNow(page));
+    await page.click('[data-testid=pause]');
+    await until('the pause', async () => /Paused/.test(await state(page)));
   });
   for (const { name, hash, address, answer, says } of states) {
     const page = await openPage(light, hash?.(id) ?? '', (p) =>

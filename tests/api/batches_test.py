@@ -78,7 +78,7 @@ class BatchTest(ApiTest):
 
 class Order(BatchTest):
     def test_jobs_have_images_early_and_end_one_after_the_other(self):
-        template = job_body(samples=1024)
+        template = job_body(samples=512)
         template["film"] = {"width": 96, "height": 64, "layers": []}
         made = self.make(batch_body({"seed": [1, 2, 3, 4]}, template=template))
         deadline = time.monotonic() + PATIENCE_S
@@ -426,7 +426,7 @@ class Killed(unittest.TestCase):
     """kill -9 during a batch: all jobs exist, end with the digests of an undisturbed server, and
     the end is reported."""
 
-    SAMPLES = 256
+    SAMPLES = 128
 
     def body(self, **members):
         # Twelve views into the box, which is open on one side.
@@ -443,14 +443,14 @@ class Killed(unittest.TestCase):
     def test_killed_batch_ends_with_the_same_digests(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
-        server = Server("--webhook-private", "--checkpoint", "0.2")
+        server = Server("--webhook-private", "--checkpoint", "0.1")
         self.addCleanup(server.close)
         server.start()
         _, calm = self.run_batch(server)
 
         def kill_twice():
             for _ in range(2):
-                time.sleep(0.7)
+                time.sleep(0.35)
                 server.kill()
                 server.start()
 

@@ -55,14 +55,18 @@ class Fitted(ApiTest):
 
 class Restart(unittest.TestCase):
     def test_fitted_coefficients_survive_a_kill(self):
-        server = Server("--checkpoint", "0.3")
+        server = Server("--checkpoint", "0.1", "--log-level", "debug")
         self.addCleanup(server.close)
         server.start()
-        calm = server.render(body("mis", 1024))
-        job = server.submit(body("mis", 1024, name="killed"))["id"]
+        calm = server.render(body("mis", 384))
+        job = server.submit(body("mis", 384, name="killed"))["id"]
         server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
+        # The checkpoint after the next began after those samples.
+        least = server.checkpoints(job) + 2
+        server.wait_until(job, lambda _: server.checkpoints(job) >= least, "a checkpoint")
         server.kill()
         server.start(1)
+        self.assertGreater(server.job(job)["progress"]["samples_per_pixel"]["max"], 0)
         self.assertEqual(server.wait(job)["film_digest"], calm["film_digest"])
 
 

@@ -200,7 +200,7 @@ class FileSizeLimit(FullDiskTest):
 
 class Retry(unittest.TestCase):
     def setUp(self):
-        self.server = Server("--checkpoint", "0.3", "--log-level", "debug")
+        self.server = Server("--checkpoint", "0.1", "--log-level", "debug")
         self.addCleanup(self.server.close)
         self.server.start()
 
@@ -219,9 +219,9 @@ class Retry(unittest.TestCase):
         return failed
 
     def test_failed_job_continues_from_its_checkpoint_to_the_same_end(self):
-        # Long enough for several checkpoints: with 32 samples it once ended before the first.
-        calm = self.server.render(body(192))
-        job = self.server.submit(body(192))["id"]
+        # Long enough for several checkpoints.
+        calm = self.server.render(body(96))
+        job = self.server.submit(body(96))["id"]
         deadline = time.monotonic() + PATIENCE_S
         while '"checkpoint"' not in self.server.log_text() and time.monotonic() < deadline:
             time.sleep(0.02)

@@ -89,6 +89,11 @@ class Server:
         with open(self.log, encoding="utf-8", errors="replace") as log:
             return log.read()[-4000:]
 
+    def checkpoints(self, job):
+        """The number of a job's checkpoints; needs --log-level debug."""
+        with open(self.log, encoding="utf-8") as log:
+            return sum('"checkpoint"' in line and job in line for line in log)
+
     def alive(self):
         return self.process is not None and self.process.poll() is None
 

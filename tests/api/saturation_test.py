@@ -99,7 +99,7 @@ class Requests(SaturationTest):
     def test_denoising(self):
         denoise = {"denoise": {"type": "statistical"}}
         small = self.finished("a", furnace(16, 16, **denoise))
-        large = [self.finished("b", furnace(640, 480, seed=seed, **denoise)) for seed in range(6)]
+        large = [self.finished("b", furnace(480, 360, seed=seed, **denoise)) for seed in range(6)]
 
         def look(number):
             self.ask("b", "GET", f"/v1/jobs/{large[number % 6]}/image.png?denoise=full")

@@ -31,6 +31,9 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full(number))) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
+  if (primary == SQLITE_CORRUPT && number == EIO) {  // as SQLite calls it
+    return Error{ErrorCode::kInternal, "database error: the disk could not read it", path};
+  }
   std::string words = "database error: " + message;
   if (primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB) {
     words += "; restore it from a backup, or start with another --data directory";
@@ -76,11 +79,12 @@ Status check_not_cut(const std::string& path) {
   return core::ok_status();
 }
 
-/// Returns errno of the failed call. SQLite clears that of a write at once, but keeps it in its
-/// file objects.
+/// Returns errno of the failed call. SQLite clears that of a write at once, and has none for what
+/// it takes for damage, but keeps both in its file objects.
 int errno_of(sqlite3* db, int code) {
   const int number = sqlite3_system_errno(db);
-  if (is_full(number) || code != SQLITE_IOERR_WRITE) {
+  const bool is_corrupt = (code & 0xff) == SQLITE_CORRUPT;
+  if (is_full(number) || !(code == SQLITE_IOERR_WRITE || is_corrupt)) {
     return number;
   }
   for (const int which : {SQLITE_FCNTL_JOURNAL_POINTER, SQLITE_FCNTL_FILE_POINTER}) {
@@ -89,7 +93,7 @@ int errno_of(sqlite3* db, int code) {
     if (sqlite3_file_control(db, "main", which, static_cast<void*>(&file)) == SQLITE_OK &&
         file != nullptr && file->pMethods != nullptr &&
         file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &last) == SQLITE_OK &&
-        is_full(last)) {
+        (is_corrupt ? last == EIO : is_full(last))) {
       return last;
     }
   }

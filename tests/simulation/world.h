@@ -46,6 +46,7 @@ class World {
     ::_exit(static_cast<int>(ending));
   }
   [[noreturn]] void fail(const std::string& words) {
+    ledger_.note(0, "faults " + fault_counts());
     ledger_.note(0, "VIOLATION " + words);
     ::_exit(static_cast<int>(Ending::kViolation));
   }

@@ -1,6 +1,5 @@
 #include "server/store/film_file.h"
 
-#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstring>
@@ -8,26 +7,10 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 #include <zlib.h>
 
+#include "tests/unit/server/failing_reads.h"
 #include "tests/unit/server/server_test_support.h"
-
-namespace {
-
-/// Reads of this thread until one fails; negative: none does.
-thread_local int reads_before_failure = -1;
-
-}  // namespace
-
-extern "C" ssize_t pread(int fd, void* bytes, size_t count, off_t offset) {
-  if (reads_before_failure >= 0 && reads_before_failure-- == 0) {
-    errno = EIO;
-    return -1;
-  }
-  return ::syscall(SYS_pread64, fd, bytes, count, offset);
-}
 
 namespace {
 
@@ -476,10 +459,9 @@ TEST(FilmFile, AFailedReadIsNoDamage) {
     core::Film film(small_film(), 2);
     int failures = 0;
     for (bool more = true; more; ++failures) {
-      reads_before_failure = failures;
+      test_support::fail_read_after(failures);
       const auto record = file->restore(film);
-      more = reads_before_failure < 0;
-      reads_before_failure = -1;
+      more = test_support::end_failing_reads();
       if (more) {
         ASSERT_FALSE(record) << failures;
         EXPECT_EQ(record.error().code, core::ErrorCode::kUnavailable) << failures;

@@ -7,6 +7,7 @@ set(SERVER_TEST_SOURCES
   denoise_budget_test.cpp
   event_log_test.cpp
   event_stream_test.cpp
+  failing_reads.cpp
   fake_queue.cpp
   film_file_splats_test.cpp
   film_file_test.cpp

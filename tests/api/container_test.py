@@ -1,13 +1,17 @@
 """The container's scripts and the alert rules, each run as it is there."""
 
+import http.client
 import os
+import re
 import shutil
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 
-from harness import BINARY, Server
+from farm import Broker
+from harness import BINARY, PATIENCE_S, Server
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 DOCKER = os.path.join(ROOT, "docker")
@@ -78,6 +82,90 @@ class EntrypointTest(unittest.TestCase):
                                   env={"PATH": path, "TESSERA_PORT": "1", "HOME": self.folder},
                                   capture_output=True)
         self.assertEqual(done.returncode, 0, done.stderr)
+
+
+def read(*names):
+    return "\n---\n".join(open(os.path.join(DOCKER, name), encoding="utf-8").read()
+                          for name in names)
+
+
+class Pod:
+    """A deployment of the manifests as the kubelet starts it: in the image's environment, that of
+    the links to the services, and its own."""
+
+    def __init__(self, name, secrets):
+        documents = read("kubernetes.yaml", "kubernetes-workers.yaml").split("\n---\n")
+        kinds = [re.search(r"^kind: (.*)$", text, re.M)[1] for text in documents]
+        named = [re.search(r"^  name: (.*)$", text, re.M)[1] for text in documents]
+        self.text = documents[list(zip(kinds, named)).index(("Deployment", name))]
+        self.args = re.search(r"args: \[(.*)\]", self.text)[1].replace('"', "").split(", ")
+        self.environ = {}
+        for service, text in zip(named, documents if "enableServiceLinks: false" not in self.text
+                                 else []):
+            for port in re.findall(r"^.*\bport: (\d+)", text, re.M):
+                self.environ[service.upper().replace("-", "_") + "_PORT"] = f"tcp://10.0.0.1:{port}"
+        plain = r"- name: (\w+)\n +value: (.*)|- {name: (\w+), value: \"?(.*?)\"?}"
+        for found in re.findall(plain, self.text):
+            self.environ[found[0] or found[2]] = found[1] or found[3]
+        for variable, key in re.findall(
+                r"- name: (\w+)\n +valueFrom:\n.*, key: (\w+)}", self.text):
+            self.environ[variable] = secrets[key]
+        self.probes = re.findall(r"httpGet: {path: (\S+), port: http}", self.text)
+
+    def start(self, *args, **image):
+        image_environ = re.search(r"^ENV ((?:.*\\\n)*.*)", read("Dockerfile").split("useradd")[1],
+                                  re.M)[1].replace("\\\n", "").split()
+        environ = dict(pair.split("=") for pair in image_environ) | image | self.environ
+        environ["PATH"] = os.path.dirname(os.path.abspath(BINARY)) + ":/usr/bin:/bin"
+        return subprocess.Popen(["sh", DOCKER + "/entrypoint", *(args or self.args)], env=environ,
+                                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+
+class ManifestsTest(unittest.TestCase):
+    def started(self, process):
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.send_signal, signal.SIGKILL)
+        return process.stdout.readline()
+
+    def test_pods_start_and_work_in_their_environment(self):
+        folder = tempfile.mkdtemp(prefix="tessera-manifests-")
+        self.addCleanup(shutil.rmtree, folder)
+        broker = Broker()
+        self.addCleanup(broker.kill)
+        secrets = {"key": "key-of-the-secret", "TESSERA_WORKER_KEY": "key-of-the-workers",
+                   "TESSERA_QUEUE": broker.url}
+        server = Pod("tessera", secrets)
+        # As `kubectl set env` adds them.
+        server.environ |= {k: secrets[k] for k in ("TESSERA_WORKER_KEY", "TESSERA_QUEUE")}
+        line = self.started(server.start(TESSERA_PORT="0", TESSERA_DATA=folder + "/data"))
+        self.assertRegex(line, r"^listening on http://0\.0\.0\.0:\d+")
+        port = int(re.search(r":(\d+)", line)[1])
+
+        def ask(path, host, **headers):
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+            connection.request("GET", path, headers={"Host": host, **headers})
+            answer = connection.getresponse()
+            return answer.status, answer.read().decode()
+
+        def until(done):
+            deadline = time.monotonic() + PATIENCE_S
+            while not done():
+                self.assertLess(time.monotonic(), deadline)
+                time.sleep(0.05)
+
+        self.assertEqual(len(server.probes), 3)
+        for probe in server.probes:  # The kubelet asks by the pod's address.
+            until(lambda: ask(probe, "10.1.2.3:8080")[0] == 200)
+        for host in server.environ["TESSERA_HOSTS"].split(","):
+            authorized = {"Authorization": "Bearer " + secrets["key"]}
+            self.assertEqual(ask("/v1/workers", host, **authorized)[0], 200)
+        worker = Pod("tessera-worker", secrets)
+        args = [f"http://127.0.0.1:{port}" if arg == "http://tessera" else arg
+                for arg in worker.args]
+        self.assertNotEqual(args, worker.args)
+        worker.environ["TESSERA_CACHE"] = folder + "/cache"  # The volume.
+        self.started(worker.start(*args))
+        until(lambda: '"idle"' in ask("/v1/workers", "tessera", **authorized)[1])
 
 
 class AlertsTest(unittest.TestCase):

@@ -105,7 +105,7 @@ export class Server {
   }
 }
 
-function launch() {
+export function launch() {
   return chromium.launch({
     executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
     args: ['--no-sandbox', '--disable-dev-shm-usage'],
@@ -125,7 +125,7 @@ export const phone = {
  * A page that records faults: script errors, requests to other hosts, and violations of the
  * server's policy. prepare: called before it opens its address.
  */
-async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
+export async function openPage(browser, server, device, hash = '', prepare = async () => {}) {
   const context = await browser.newContext({ ...device, acceptDownloads: true });
   if (accessKey) await context.request.post(`${server.url}/v1/session`, { headers: bearer });
   const page = await context.newPage();

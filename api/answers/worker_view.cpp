@@ -142,7 +142,10 @@ const View<WorkerView>& worker_view() {
        {"state",
         shape::one_of({"idle", "working", "draining", "suspended", "unsuitable", "left", "lost"}),
         [](const WorkerView& w) -> Json { return w.state; }},
-       {"reason", shape::nullable(shape::text("Why the worker is unsuitable or suspended.")),
+       {"reason",
+        shape::nullable(shape::text("Why the worker is unsuitable or suspended; for the "
+                                    "operator and keys with the scope admin, with the "
+                                    "error that it reported.")),
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},

@@ -58,7 +58,8 @@ struct WorkerView {
   std::int64_t units = 0;
   std::int64_t faults = 0;
   std::string state;
-  std::string reason;  ///< why it gets no units; empty: it gets units
+  std::string reason;      ///< why it gets no units; empty: it gets units
+  std::string last_fault;  ///< why it rests, in its own words; not in the answer
   double seen_at_unix_seconds = 0;
 };
 std::string worker_list_json(std::span<const WorkerView> workers);

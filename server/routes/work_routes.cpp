@@ -28,6 +28,10 @@ Response list_workers(const RouteContext& context, Request& request) {
   const WorkBoard* board = context.jobs.board();
   auto workers = board == nullptr ? std::vector<api::WorkerView>() : board->workers();
   for (api::WorkerView& worker : workers) {
+    // A worker's own words may name jobs and files of any tenant.
+    if (request.access.sees_all() && !worker.last_fault.empty()) {
+      worker.reason += ": " + worker.last_fault;
+    }
     std::erase_if(worker.held, [&](const std::string& unit) {
       return !context.jobs.find(unit.substr(0, unit.find('.')), request.access);
     });

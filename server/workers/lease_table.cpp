@@ -17,9 +17,6 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-/// Reports of this many workers keep six tenths of a core busy: a report takes 0.12 ms of the
-/// coordinator (tests/bench/farm replay --record) and comes every two seconds.
-constexpr std::size_t kWorkersMax = 10'000;
 /// How long a result waits for another worker's: that worker may be rendering another unit first,
 /// and each takes twice kUnitSecondsMost on a worker half as fast as the mean. A stopped or
 /// disconnected worker delays no job further.
@@ -69,8 +66,7 @@ std::string LeaseTable::why_idle(const Worker& worker, Time now) const {
   }
   const auto left = std::chrono::ceil<std::chrono::seconds>(worker.rests_until - now);
   return "it rests for " + std::to_string(left.count()) + " s after failing " +
-         (worker.failures == 1 ? "a unit" : std::to_string(worker.failures) + " times in a row") +
-         ": " + worker.last_fault;
+         (worker.failures == 1 ? "a unit" : std::to_string(worker.failures) + " times in a row");
 }
 
 bool LeaseTable::works(const Worker& worker, Time now) const {
@@ -113,7 +109,7 @@ core::Result<api::WorkerOrders> LeaseTable::report(const Sender& sender,
     orders.reason = "its arithmetic is \"" + report.arithmetic + "\", the server's is \"" +
                     options_.arithmetic + "\"; --isa can pin both to the same instruction set";
   }
-  if (workers_.size() >= kWorkersMax && !workers_.contains(worker)) {
+  if (workers_.size() >= std::size_t{kWorkersMax} && !workers_.contains(worker)) {
     // Not a sum of strings: GCC 12 would warn of a copy out of bounds.
     std::ostringstream message;
     message << kWorkersMax << " workers have reported; no more are accepted";
@@ -164,6 +160,7 @@ std::vector<api::WorkerView> LeaseTable::workers(Time now) const {
     view.leases = static_cast<int>(view.held.size());
     const bool has_left = worker.is_draining && view.leases == 0;
     view.reason = why_idle(worker, now);
+    view.last_fault = now < worker.rests_until ? worker.last_fault : "";
     view.state = !is_live(worker, now)        ? has_left ? "left" : "lost"
                  : !worker.unsuitable.empty() ? "unsuitable"
                  : !view.reason.empty()       ? "suspended"

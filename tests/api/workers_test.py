@@ -658,6 +658,30 @@ class KillTest(FarmTest):
         self.assertEqual(farm.listed()[good.id]["faults"], 0)
 
 
+class TenantsTest(FarmTest):
+    def test_a_tenant_sees_no_jobs_of_others_and_no_words_of_workers(self):
+        operator = "key-of-the-operator"
+        farm = self.farm("--key", operator, key=operator)
+        code, theirs, said = tessera("keys", "add", "theirs", "--scope", "read",
+                                     "--data", farm.server.data)
+        self.assertEqual(code, 0, said)
+
+        def seen(key):
+            listed = farm.server.get("/v1/workers", {"Authorization": "Bearer " + key.strip()})
+            return listed.json()["workers"][0]
+
+        job = farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        unit = hand.next_unit()
+        self.assertEqual(hand.lease(unit).status, 200)
+        self.assertEqual((seen(operator)["held"], seen(operator)["leases"]), ([unit], 1))
+        self.assertEqual((seen(theirs)["held"], seen(theirs)["leases"]), ([], 1))
+        fault = f"no room for /cache/{job['id']}"
+        self.assertEqual(hand.hand_back(unit, fault).status, 204)
+        self.assertRegex(seen(operator)["reason"], f"^it rests for 1 s .* a unit: {fault}$")
+        self.assertRegex(seen(theirs)["reason"], "^it rests for 1 s after failing a unit$")
+
+
 class SecureQueueTest(FarmTest):
     def test_queue_requires_tls_and_credentials(self):
         folder = tempfile.mkdtemp(prefix="tessera-nats-keys-")

@@ -2122,7 +2122,10 @@ export interface Worker {
   /** Units that it lost or failed, or whose results were wrong. */
   faults: number;
   state: 'idle' | 'working' | 'draining' | 'suspended' | 'unsuitable' | 'left' | 'lost';
-  /** Why the worker is unsuitable or suspended. */
+  /**
+   * Why the worker is unsuitable or suspended; for the operator and keys with the scope admin, with
+   * the error that it reported.
+   */
   reason: string | null;
   /** Time of the last report. */
   seen_at: string;

@@ -1,5 +1,6 @@
 #include "server/jobs/batch_service.h"
 
+#include <algorithm>
 #include <mutex>
 #include <utility>
 
@@ -267,6 +268,12 @@ void BatchService::report_ends(const std::optional<std::string>& job) {
   const auto ended = table_.ended(job);
   for (const BatchRow& batch : ended ? *ended : std::vector<BatchRow>()) {
     const auto view = view_of(batch);
+    // A job whose end is stored but not published yet reports the batch itself.
+    if (view &&
+        !std::all_of(view->jobs.begin(), view->jobs.end(),
+                     [](const api::BatchMember& each) { return api::is_final(each.state); })) {
+      continue;
+    }
     const double now = unix_now();
     const core::Status reported =
         view ? table_.report_end(batch, DeliveryRow{.id = "msg_" + random_hex(12),

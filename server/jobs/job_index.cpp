@@ -120,11 +120,14 @@ core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access
     std::int64_t sequence = 0;
     std::string id;
     std::optional<api::JobView> view;  ///< Empty: its record is damaged.
+    bool is_listed = true;             ///< False: it has changed since it was stored.
   };
   std::vector<Found> found;
   for (const JobRow& row : *rows) {
     if (const auto job = book_.find(row.id)) {
-      found.push_back({row.sequence, row.id, view(*job)});
+      api::JobView now = view(*job);
+      const bool is_listed = matches(now, query);
+      found.push_back({row.sequence, row.id, std::move(now), is_listed});
     } else if (auto record = to_record(row)) {
       record->view.film_is_evicted = record->film == FilmPlace::kEvicted;
       found.push_back({row.sequence, row.id, std::move(record->view)});
@@ -149,6 +152,9 @@ core::Result<JobIndex::Page> JobIndex::list(JobQuery query, const Access& access
     page.next = found.back().sequence;
   }
   for (Found& each : found) {
+    if (!each.is_listed) {
+      continue;
+    }
     if (each.view) {
       page.jobs.push_back(*std::move(each.view));
     } else {

@@ -69,7 +69,7 @@ int threads_or_machine(int threads) { return threads > 0 ? threads : core::usabl
 
 JobService::JobService(JobServiceParts parts, JobServiceOptions options, std::int64_t run)
     : table_(parts.table),
-      workers_(parts.table.database()),
+      workers_(parts.table.database(), kWorkersMax),
       scenes_(parts.scenes),
       data_(parts.data),
       log_(parts.log),
@@ -114,12 +114,12 @@ Status JobService::resume() {
     return last.error();
   }
   submissions_.resume(*last);
-  auto suspended = workers_.suspended();
+  const auto suspended = workers_.suspended();
   if (!suspended) {
     return suspended.error();
   }
   if (board_) {
-    board_->suspend_again(*std::move(suspended));
+    board_->suspend_again(*suspended);
   }
   if (auto forgotten = table_.forget_keys_before(unix_now() - kKeySeconds); !forgotten) {
     return forgotten;
@@ -154,6 +154,9 @@ Status JobService::resume() {
   journal_.change_together(std::move(changes));
   book_.enqueue(std::move(entries));
   life_.admit();
+  // A full disk may have stored the suspension, but not the doubt of each job.
+  const core::MutexLock lock(distrusted_mutex_);
+  distrusted_.assign(suspended->begin(), suspended->end());
   return core::ok_status();
 }
 
@@ -202,24 +205,45 @@ core::Result<JobPointer> JobService::add_finished(FinishedFilm finished) {
 }
 
 void JobService::distrust(const std::string& worker) {
-  if (const Status stored = workers_.suspend(worker); !stored) {
+  if (const Status stored = doubt_jobs_of(worker); !stored) {
     log_.write(LogLevel::kError, "suspension_not_stored",
                {{"worker", worker}, {"detail", stored.error().message}});
+    const core::MutexLock lock(distrusted_mutex_);
+    distrusted_.push_front(worker);
   }
+}
+
+void JobService::distrust_again() {
+  std::string worker;
+  {
+    const core::MutexLock lock(distrusted_mutex_);
+    if (distrusted_.empty()) {
+      return;
+    }
+    worker = std::move(distrusted_.front());
+    distrusted_.pop_front();
+  }
+  if (!doubt_jobs_of(worker)) {
+    const core::MutexLock lock(distrusted_mutex_);
+    distrusted_.push_back(std::move(worker));
+  }
+}
+
+Status JobService::doubt_jobs_of(const std::string& worker) {
+  Status stored = workers_.suspend(worker);
   for (const JobPointer& job : book_.all()) {
     life_.distrust(job, worker);
   }
   const auto ids = table_.with_text(text_of_worker(worker));
   if (!ids) {
-    log_.write(LogLevel::kError, "jobs_not_doubted",
-               {{"worker", worker}, {"detail", ids.error().message}});
-    return;
+    return ids.error();
   }
   for (const std::string& id : *ids) {
     if (const auto job = index_.find(id)) {
       life_.distrust(*job, worker);
     }
   }
+  return stored;
 }
 
 void JobService::upkeep(const std::stop_token& stop) {
@@ -243,6 +267,7 @@ void JobService::upkeep(const std::stop_token& stop) {
     if (seconds_since(forgot) > kForgetSeconds) {
       forgot = Clock::now();
       forget_expired();
+      distrust_again();
       life_.go_on_with_room();
     }
     if (seconds_since(written_back) > kWriteBackSeconds) {

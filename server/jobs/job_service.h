@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -138,7 +139,7 @@ class JobService {
   /// Records that the job's film gets unverified samples of the worker.
   void note_unverified(Job& job, const std::string& worker);
   /// The worker returned wrong results, which is stored: as LifeCycle::distrust() for all jobs, in
-  /// memory or stored, and for films that are merged later.
+  /// memory or stored, and for films that are merged later. Repeated until it is stored.
   void distrust(const std::string& worker);
 
   JobIndex& index() { return index_; }
@@ -185,6 +186,10 @@ class JobService {
 
   void upkeep(const std::stop_token& stop);
   void forget_expired();
+  /// Errors: of the store.
+  core::Status doubt_jobs_of(const std::string& worker);
+  /// Does it for the next worker of distrusted_.
+  void distrust_again();
 
   JobTable& table_;
   WorkerTable workers_;
@@ -204,6 +209,9 @@ class JobService {
   Scheduler scheduler_;
   LifeCycle life_;
   Submissions submissions_;
+  core::Mutex distrusted_mutex_;
+  /// Workers whose suspension or whose jobs' doubts may not be stored.
+  std::deque<std::string> distrusted_ GUARDED_BY(distrusted_mutex_);
   std::unique_ptr<WorkBoard> board_;
   std::jthread upkeep_;
 };

@@ -12,7 +12,7 @@ core::Status WorkerTable::suspend(const std::string& worker) {
         .prepare(
             "DELETE FROM suspended_workers WHERE number NOT IN"
             " (SELECT number FROM suspended_workers ORDER BY number DESC LIMIT ?)")
-        .bind(std::int64_t{kMost})
+        .bind(std::int64_t{most_})
         .run();
   });
 }

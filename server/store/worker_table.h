@@ -11,18 +11,16 @@ namespace server {
 
 class WorkerTable {
  public:
-  /// Of more suspended workers, those suspended first are forgotten: as many as may report
-  /// (server/workers/lease_table.cpp). A worker that starts again has another id.
-  static constexpr int kMost = 10'000;
-
-  /// database must outlive this.
-  explicit WorkerTable(Database& database) : database_(database) {}
+  /// database must outlive this. most: of more suspended workers, those suspended first are
+  /// forgotten: a worker that starts again has another id.
+  WorkerTable(Database& database, int most) : database_(database), most_(most) {}
 
   core::Status suspend(const std::string& worker);
   core::Result<std::set<std::string>> suspended() const;
 
  private:
   Database& database_;
+  const int most_;
 };
 
 }  // namespace server

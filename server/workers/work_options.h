@@ -12,6 +12,11 @@ namespace server {
 /// (core/render/units/result_size.h); jobs with larger results are rendered by the coordinator.
 inline constexpr std::uint64_t kResultBytesMax = std::uint64_t{1} << 30U;
 
+/// Workers that may report, and suspended ones that are stored. Reports of this many keep six
+/// tenths of a core busy: a report takes 0.12 ms of the coordinator (tests/bench/farm replay
+/// --record) and comes every two seconds.
+inline constexpr int kWorkersMax = 10'000;
+
 /// Longest CPU time of a unit, so that a worker half as fast as the mean takes 5 s for it.
 inline constexpr double kUnitSecondsMost = 2.5;
 

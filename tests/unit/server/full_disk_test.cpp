@@ -64,6 +64,18 @@ TEST_F(FullDiskJobs, DoesNotAcknowledgeChangesThatTheStoreRefuses) {
   EXPECT_TRUE(jobs->cancel(job));
 }
 
+TEST_F(FullDiskJobs, ASuspensionIsStoredOnceThereIsRoom) {
+  const server::WorkerTable workers(*database, 1);
+  {
+    const FullDisk full(0);
+    jobs->distrust("liar");
+    const auto stored = workers.suspended();
+    ASSERT_TRUE(stored);
+    ASSERT_TRUE(stored->empty());
+  }
+  EXPECT_TRUE(wait_until([&] { return workers.suspended()->contains("liar"); }));
+}
+
 /// Above the journal of the database, which ends at 4 MB, and below the film of large_request().
 constexpr rlim_t kLessThanTheFilm = 5'000'000;
 

@@ -428,6 +428,43 @@ TEST_F(Jobs, AFilmThatIsMergedWhileALiarIsFoundIsDoubted) {
   }
 }
 
+// On a full disk a suspension can be stored, and a job's doubt only kept in memory.
+TEST_F(Jobs, JobsOfASuspendedWorkerAreDoubtedWhenTheServerStartsAgain) {
+  const auto job = submit(2);
+  jobs->note_unverified(*job, "liar");
+  ASSERT_TRUE(wait_for(job, JobState::kFinished));
+  ASSERT_TRUE(server::WorkerTable(*database, 1).suspend("liar"));
+  restart();
+  const auto found = jobs->find(job->id(), Access::operators());
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(wait_until([&] { return jobs->view(**found).is_doubted; }));
+}
+
+// A job that ends while it is listed is in one state in the store, and already in another for
+// readers.
+TEST_F(Jobs, AListShowsOnlyJobsInTheStatesThatItIsAskedFor) {
+  const auto older = submit(2);
+  ASSERT_TRUE(wait_for(older, JobState::kFinished));
+  const auto job = submit(kForever);
+  ASSERT_TRUE(jobs->patch(job, R"({"paused": true})", std::nullopt, Access::operators()));
+  server::JobRecord ended = job->record();
+  ended.view.state = JobState::kFinished;
+  ASSERT_TRUE(table->update(server::to_row(ended), {}, {}));
+  server::JobQuery query;
+  query.states = {"finished"};
+  query.limit = 1;
+  const auto page = jobs->index().list(query, Access::operators());
+  ASSERT_TRUE(page);
+  EXPECT_TRUE(page->jobs.empty());
+  ASSERT_TRUE(page->next);
+  query.before = page->next;
+  const auto rest = jobs->index().list(query, Access::operators());
+  ASSERT_TRUE(rest);
+  ASSERT_EQ(rest->jobs.size(), 1U);
+  EXPECT_EQ(rest->jobs[0].id, older->id());
+  EXPECT_FALSE(rest->next);
+}
+
 TEST_F(Jobs, ARequestByContentIsNotAnsweredWithADoubtedJob) {
   const JobService::Submission submission = {
       .key = "hash", .body_hash = "hash", .is_by_content = true};

@@ -1,5 +1,6 @@
 # Store, checkpoints, scheduling, events, scenes: the server without HTTP.
 set(SERVER_TEST_SOURCES
+  batch_service_test.cpp
   blob_store_test.cpp
   comparison_store_test.cpp
   config_test.cpp

@@ -560,20 +560,17 @@ TEST(DataDir, RefusesAPathThatIsAFile) {
 }
 
 TEST_F(Store, KeepsTheNewestSuspendedWorkers) {
-  WorkerTable workers(*database);
-  ASSERT_TRUE(database->transact([](Database::Session& session) {
-    for (int i = 0; i < WorkerTable::kMost; ++i) {
-      auto insert = session.prepare("INSERT INTO suspended_workers(worker) VALUES(?)");
-      EXPECT_TRUE(insert.bind(std::to_string(i)).run());
-    }
-    return core::ok_status();
-  }));
+  constexpr int kMost = 12;
+  WorkerTable workers(*database, kMost);
+  for (int i = 0; i < kMost; ++i) {
+    ASSERT_TRUE(workers.suspend(std::to_string(i)));
+  }
   ASSERT_TRUE(workers.suspend("9"));  // known
   ASSERT_TRUE(workers.suspend("a"));
   ASSERT_TRUE(workers.suspend("b"));
   const auto suspended = workers.suspended();
   ASSERT_TRUE(suspended);
-  EXPECT_EQ(suspended->size(), static_cast<std::size_t>(WorkerTable::kMost));
+  EXPECT_EQ(suspended->size(), std::size_t{kMost});
   EXPECT_FALSE(suspended->contains("1"));
   EXPECT_TRUE(suspended->contains("2"));
   EXPECT_TRUE(suspended->contains("b"));

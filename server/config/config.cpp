@@ -246,7 +246,8 @@ void add_flags(CLI::App& app, Config& config) {
   row.off("drake", config.drake,
           "Serve Drake's glTF render protocol at /render, too, where its client looks by default.");
   row.off("webhook-private", config.webhook_private,
-          "Allow webhooks to loopback and private addresses.");
+          "Allow webhooks to loopback and private addresses, and through the proxy of the "
+          "environment.");
   row("trusted-proxies", config.trusted_proxies, "CIDR,CIDR",
       "Networks of proxies whose Forwarded or X-Forwarded-For, -Proto, -Host and -Port are "
       "trusted.");

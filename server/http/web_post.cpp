@@ -211,7 +211,10 @@ void WebCalls::begin(std::string id, const WebPost& post) {
   set(CURLOPT_URL, call->post.url.c_str());
   set(CURLOPT_PROTOCOLS_STR, "http,https");
   set(CURLOPT_HTTP_VERSION, long{CURL_HTTP_VERSION_1_1});
-  set(CURLOPT_PROXY, "");
+  const auto target = parse_web_target(call->post.url);
+  if (post.reach == Reach::kPublicOnly || !target || is_private_literal(target->host)) {
+    set(CURLOPT_PROXY, "");  // Otherwise that of the environment.
+  }
   set(CURLOPT_FOLLOWLOCATION, 0L);
   set(CURLOPT_FORBID_REUSE, 1L);
   set(CURLOPT_DNS_CACHE_TIMEOUT, 0L);

@@ -1,8 +1,9 @@
 /// POSTs to user-supplied addresses, for webhooks. The only code that uses libcurl.
 ///
 /// The address is checked when the socket connects, so that a name cannot resolve to another one in
-/// between (DNS rebinding). Redirects are not followed, no proxy is used; only the status of the
-/// response is read.
+/// between (DNS rebinding). That cannot be checked behind a proxy: those of the environment are
+/// used only by calls that may reach any address. Redirects are not followed; only the status of
+/// the response is read.
 #pragma once
 
 #include <chrono>

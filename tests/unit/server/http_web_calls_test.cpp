@@ -1,10 +1,13 @@
 // Calls to addresses that a client selects. The function below resolves names; it replaces that of
 // the C library in this program.
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include <arpa/inet.h>
@@ -131,6 +134,49 @@ TEST(WebCalls, NeverCallsAnAddressThatIsNotPublic) {
   const auto seen = server.next_outcome();
   ASSERT_TRUE(seen);
   EXPECT_NE(seen->route, "/json");
+}
+
+/// Answers one request with 202 and returns its first line.
+std::string first_line_at(int listener) {
+  const int line = ::accept(listener, nullptr, nullptr);
+  std::string text(4096, '\0');
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::read(line, text.data(), 4096))));
+  constexpr std::string_view kAnswer = "HTTP/1.1 202 Accepted\r\nContent-Length: 0\r\n\r\n";
+  EXPECT_EQ(::write(line, kAnswer.data(), kAnswer.size()), ssize_t{kAnswer.size()});
+  ::close(line);
+  return text.substr(0, text.find('\r'));
+}
+
+TEST(WebCalls, UseTheProxyOfTheEnvironmentIfTheyMayReachAnyAddress) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const std::string proxy = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  ::setenv("http_proxy", proxy.c_str(), 1);
+  std::string line;
+  std::thread answering([&] { line = first_line_at(listener); });
+  WebCalls calls;
+  calls.begin("far", post_to("hooks.invalid", 80));
+  const auto far = all_of(calls);
+  answering.join();
+  ::close(listener);
+  ASSERT_TRUE(far.front().status) << far.front().status.error().message;
+  EXPECT_EQ(*far.front().status, 202);
+  EXPECT_EQ(line, "POST http://hooks.invalid/json HTTP/1.1");
+  // This machine is called directly, and nothing is asked of the proxy if it must be checked.
+  TestServer server;
+  calls.begin("near", post_to("127.0.0.1", server.port()));
+  EXPECT_EQ(*all_of(calls).front().status, 200);
+  WebPost checked = post_to("private.test", server.port());
+  checked.reach = Reach::kPublicOnly;
+  calls.begin("checked", checked);
+  EXPECT_EQ(all_of(calls).front().status.error().code, ErrorCode::kForbidden);
+  ::unsetenv("http_proxy");
 }
 
 TEST(WebCalls, DeadlineIncludesNameResolutionAndBlocksNoOtherCall) {

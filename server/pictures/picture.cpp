@@ -44,8 +44,10 @@ core::ImageRows without_alpha(core::ImageRows image) {
   image.row = [row = std::move(image.row), out = std::vector<float>(width * kept.size()), kept,
                channels](int y) mutable {
     const float* in = row(y);
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      out[i] = in[i / kept.size() * channels + kept[i % kept.size()]];
+    for (std::size_t to = 0; to < out.size(); in += channels) {
+      for (const std::size_t c : kept) {
+        out[to++] = in[c];
+      }
     }
     return static_cast<const float*>(out.data());
   };

@@ -13,8 +13,8 @@ namespace core {
 template <std::size_t N>
 struct LightNodes {
   Vec3s<N> center;
-  Vec3s<N> half;  ///< half diagonal
-  Floats<N> radius2;
+  Vec3s<N> half;     ///< half diagonal
+  Floats<N> radius;  ///< of the half diagonal
   Vec3s<N> axis;
   Floats<N> axis_reach;
   Floats<N> power;
@@ -24,16 +24,21 @@ struct LightNodes {
 
 namespace light_detail {
 
-/// Returns the sine of an angle in [0, pi] from its cosine, or the cosine of an angle in [0, pi/2]
-/// from its sine.
+/// An angle in [0, pi] by its sine and cosine.
 template <std::size_t N>
-Floats<N> other(Floats<N> c) {
-  return safe_sqrt(Floats<N>(1) - c * c);
-}
-/// cos(max(0, a - b)) from sines and cosines.
+struct Angle {
+  Floats<N> sine, cosine;
+
+  /// max(0, a - b)
+  friend Angle operator-(const Angle& a, const Angle& b) {
+    const Mask<N> is_none = a.cosine > b.cosine;
+    return {select(is_none, Floats<N>(0), a.sine * b.cosine - a.cosine * b.sine),
+            select(is_none, Floats<N>(1), a.cosine * b.cosine + a.sine * b.sine)};
+  }
+};
 template <std::size_t N>
-Floats<N> cos_sub_clamped(Floats<N> sin_a, Floats<N> cos_a, Floats<N> sin_b, Floats<N> cos_b) {
-  return select(cos_a > cos_b, Floats<N>(1), cos_a * cos_b + sin_a * sin_b);
+Angle<N> from_cosine(Floats<N> c) {
+  return {safe_sqrt(Floats<N>(1) - c * c), c};
 }
 
 }  // namespace light_detail
@@ -41,8 +46,8 @@ Floats<N> cos_sub_clamped(Floats<N> sin_a, Floats<N> cos_a, Floats<N> sin_b, Flo
 /// Returns the importance; 0 if no light can arrive. normal: zero if light may come from anywhere.
 template <std::size_t N>
 Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> normal) {
-  using light_detail::cos_sub_clamped;
-  using light_detail::other;
+  using light_detail::Angle;
+  using light_detail::from_cosine;
   const Floats<N> zero(0);
   const Floats<N> one(1);
   const Vec3s<N> d = point - node.center;
@@ -54,29 +59,29 @@ Floats<N> light_importance(const LightNodes<N>& node, Vec3s<N> point, Vec3s<N> n
   // One-sided lights send no light to points behind them.
   Mask<N> none = along + node.axis_reach <= zero;
 
-  const Mask<N> inside = distance2 <= node.radius2 * Floats<N>(1.0001F);
-  const Floats<N> sin2_b = node.radius2 * inverse * inverse;
-  const Floats<N> cos_b = select(inside, Floats<N>(-1), safe_sqrt(one - sin2_b));
-  const Floats<N> sin_b = select(inside, zero, sqrt(sin2_b));
+  const Floats<N> radius2 = node.radius * node.radius;
+  const Mask<N> inside = distance2 <= radius2 * Floats<N>(1.0001F);
+  const Floats<N> sine = node.radius * inverse;
+  const Angle<N> box_angle = {select(inside, zero, sine),
+                              select(inside, Floats<N>(-1), safe_sqrt(one - sine * sine))};
 
   const Floats<N> cos_w = floats_of(bits_of(along * inverse) & node.sign);
-  const Floats<N> cos_x = cos_sub_clamped(other(cos_w), cos_w, node.sin_theta_o, node.cos_theta_o);
-  const Floats<N> cos_p = cos_sub_clamped(other(cos_x), cos_x, sin_b, cos_b);
+  const Angle<N> cone = {node.sin_theta_o, node.cos_theta_o};
+  const Floats<N> cos_p = (from_cosine(cos_w) - cone - box_angle).cosine;
   none = none | (cos_p <= node.cos_theta_e);
   // With emission over the whole sphere (points) the cosine is unrelated to power.
   const Floats<N> cosine = select(node.cos_theta_e < Floats<N>(-0.99F), one, cos_p);
-  const Floats<N> d2 = max(max(distance2, node.radius2), Floats<N>(1e-30F));
+  const Floats<N> d2 = max(max(distance2, radius2), Floats<N>(1e-30F));
   Floats<N> value = node.power * cosine / d2;
   const Mask<N> has_side = dot(normal, normal) > zero;
   if (has_side.any()) {
     // The bounding sphere of the box is conservative; a box wholly below the surface sends no
     // light.
     const Floats<N> height = dot(d, normal);
-    const Floats<N> box = dot(node.half, Vec3s<N>(abs(normal.x), abs(normal.y), abs(normal.z)));
-    none = none | (has_side & (height >= box));
-    const Floats<N> cos_i = zero - height * inverse;
-    const Floats<N> seen = max(cos_sub_clamped(other(cos_i), cos_i, sin_b, cos_b), zero);
-    value = value * select(has_side, seen, one);
+    const Floats<N> reach = dot(node.half, Vec3s<N>(abs(normal.x), abs(normal.y), abs(normal.z)));
+    none = none | (has_side & (height >= reach));
+    const Floats<N> seen = (from_cosine(zero - height * inverse) - box_angle).cosine;
+    value = value * select(has_side, max(seen, zero), one);
   }
   return select(none, zero, value);
 }

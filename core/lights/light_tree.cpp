@@ -262,7 +262,7 @@ void LightTree::set_child(Group& group, std::size_t lane, const Node& node) {
   group.half_x[lane] = half.x;
   group.half_y[lane] = half.y;
   group.half_z[lane] = half.z;
-  group.radius2[lane] = length_squared(half);
+  group.radius[lane] = length(half);
   group.axis_x[lane] = b.axis.x;
   group.axis_y[lane] = b.axis.y;
   group.axis_z[lane] = b.axis.z;

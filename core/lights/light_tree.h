@@ -82,7 +82,7 @@ class LightTree {
     Four half_x{};  ///< half diagonal
     Four half_y{};
     Four half_z{};
-    Four radius2{};  ///< squared half diagonal
+    Four radius{};  ///< of the half diagonal
     Four axis_x{};
     Four axis_y{};
     Four axis_z{};
@@ -153,7 +153,7 @@ template <std::size_t N>
 LightNodes<N> LightTree::node(const Group& g, std::size_t k) noexcept {
   return {{g.center_x[k], g.center_y[k], g.center_z[k]},
           {g.half_x[k], g.half_y[k], g.half_z[k]},
-          g.radius2[k],
+          g.radius[k],
           {g.axis_x[k], g.axis_y[k], g.axis_z[k]},
           g.axis_reach[k],
           g.power[k],
@@ -187,7 +187,7 @@ template <std::size_t N, typename Lanes>
 LightNodes<N> LightTree::nodes(const Lanes& lanes, Ints<N> sign) noexcept {
   return {{lanes(&Group::center_x), lanes(&Group::center_y), lanes(&Group::center_z)},
           {lanes(&Group::half_x), lanes(&Group::half_y), lanes(&Group::half_z)},
-          lanes(&Group::radius2),
+          lanes(&Group::radius),
           {lanes(&Group::axis_x), lanes(&Group::axis_y), lanes(&Group::axis_z)},
           lanes(&Group::axis_reach),
           lanes(&Group::power),

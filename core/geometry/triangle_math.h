@@ -35,6 +35,21 @@ V blend(const Corners<V>& p, V b) noexcept {
   return p[0] * b.x + p[1] * b.y + p[2] * b.z;
 }
 
+/// Returns whether a point of the plane is on the triangle, more than margin_m from its edges. n:
+/// as above.
+template <typename V>
+auto is_within(const Corners<V>& p, V n, V point, float margin_m) noexcept {
+  using F = decltype(n.x);
+  const F far = margin_m * length(n);
+  const auto is_past = [&](const V& from, const V& to) {
+    const V edge = to - from;
+    return dot(point - from, cross(n, edge)) > far * length(edge);
+  };
+  MaskOf<F> out = is_past(p[0], p[1]);
+  out = out & is_past(p[1], p[2]);
+  return out & is_past(p[2], p[0]);
+}
+
 /// Returns the height above the triangle at b of a quadratic surface through the vertices,
 /// perpendicular to their normals along the edges: half the sum over edges of b_i b_j (n_j - n_i) .
 /// (p_j - p_i), which includes the sagitta of a sphere's chord. Concave edges do not count. side: 1

@@ -19,6 +19,10 @@ std::size_t memory_of(const SceneData& data) {
   for (const MeshData& mesh : data.meshes) {
     bytes += mesh.bytes();
   }
+  for (const NearPlanes& near : data.near_planes) {
+    bytes +=
+        near.first.size() * sizeof(near.first[0]) + near.planes.size() * sizeof(near.planes[0]);
+  }
   for (const auto& texture : data.textures) {
     bytes += texture->bytes();
   }

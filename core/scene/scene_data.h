@@ -1,7 +1,9 @@
 /// SceneData: the parts of a built scene that integrators read. Plain and immutable.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -24,6 +26,26 @@ namespace core {
 
 /// Index into SceneData::light_groups.
 inline constexpr std::uint32_t kEnvironmentGroup = 0;
+
+/// The planes of the surfaces that come close to the triangles of a mesh.
+struct NearPlanes {
+  struct Plane {
+    Vec3 normal;  ///< unit; zero: near everything
+    float offset_m = 0;
+  };
+  std::vector<std::uint32_t> first;  ///< by triangle, into `planes`; then their number
+  std::vector<Plane> planes;
+
+  /// Returns whether all planes of a triangle are farther than this from a point. False if they are
+  /// unknown.
+  bool are_beyond(float distance_m, std::uint32_t triangle, Vec3 point) const noexcept {
+    return !first.empty() &&
+           std::all_of(planes.begin() + first[triangle], planes.begin() + first[triangle + 1],
+                       [&](const Plane& plane) {
+                         return std::fabs(dot(plane.normal, point) + plane.offset_m) > distance_m;
+                       });
+  }
+};
 
 class SceneData {
  public:
@@ -50,9 +72,9 @@ class SceneData {
   bool has_open_solids = false;
   bool has_solid_holes = false;  ///< surfaces of solids may have holes
   bool has_scattering = false;   ///< of the interior of a solid
-  /// By placed mesh, of those that bound solids: the triangles with which no other surface
-  /// coincides but within edge_margin_m of their edges. Empty: unknown.
-  std::vector<std::vector<bool>> single_faces;
+  /// By placed mesh, of those that bound solids. On their triangles, only points within
+  /// edge_margin_m of an edge or of a near plane lie on other surfaces too. Empty: unknown.
+  std::vector<NearPlanes> near_planes;
   float edge_margin_m = 0;
   /// Names of light groups; the first is that of the environment.
   std::vector<std::string> light_groups;
@@ -87,6 +109,9 @@ class SceneData {
   SurfacePoint surface_point(const RawHit& hit, const Ray& ray) const noexcept;
   /// Returns the vertices of the triangle of `hit`, at time 0.
   Corners<Vec3> corners(const RawHit& hit) const noexcept;
+  /// Returns whether `point` on the triangle of `hit`, if it is not close to an edge, is known to
+  /// lie on no other surface.
+  bool is_single_face_within(const RawHit& hit, Vec3 point) const noexcept;
   /// Returns whether `point` on the triangle of `hit` is known to lie on no other surface.
   bool is_single_face(const RawHit& hit, Vec3 point) const noexcept;
   /// The hit point as vertices of its triangle and their weights.

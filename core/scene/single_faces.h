@@ -1,4 +1,4 @@
-/// Finds the triangles of solids with which no other surface coincides.
+/// Finds where no other surface coincides with those of solids.
 #pragma once
 
 #include <stop_token>
@@ -8,7 +8,7 @@
 
 namespace core {
 
-/// Fills scene.single_faces and scene.edge_margin_m; leaves them empty in scenes with motion and if
+/// Fills scene.near_planes and scene.edge_margin_m; leaves them empty in scenes with motion and if
 /// stop is requested. After find_solids(), the acceleration structure and
 /// the scene's radius.
 void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std::stop_token& stop);

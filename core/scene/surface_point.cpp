@@ -80,24 +80,18 @@ Corners<Vec3> SceneData::corners(const RawHit& hit) const noexcept {
       .p;
 }
 
+bool SceneData::is_single_face_within(const RawHit& hit, Vec3 point) const noexcept {
+  const auto placed_at = static_cast<std::size_t>(&placed_mesh(hit) - placed.data());
+  return !near_planes.empty() &&
+         near_planes[placed_at].are_beyond(edge_margin_m, hit.primitive, point);
+}
+
 bool SceneData::is_single_face(const RawHit& hit, Vec3 point) const noexcept {
-  if (single_faces.empty()) {
-    return false;
-  }
-  const auto& is_single = single_faces[static_cast<std::size_t>(&placed_mesh(hit) - placed.data())];
-  if (is_single.empty() || !is_single[hit.primitive]) {
+  if (!is_single_face_within(hit, point)) {
     return false;
   }
   const Corners<Vec3> p = corners(hit);
-  const Vec3 n = cross(p[1] - p[0], p[2] - p[0]);
-  const float far = edge_margin_m * length(n);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 edge = p[k == 2 ? 0 : k + 1] - p[k];
-    if (!(dot(point - p[k], cross(n, edge)) > far * length(edge))) {
-      return false;
-    }
-  }
-  return true;
+  return is_within(p, cross(p[1] - p[0], p[2] - p[0]), point, edge_margin_m);
 }
 
 FacePoint face_point(const SceneData& scene, const RawHit& hit, const Ray& ray) noexcept {

@@ -110,10 +110,8 @@ TEST(SingleFaces, HaveNoOtherSurfaceWithinReach) {
 TEST(SingleFaces, AreAllOfABallAndABoxThatStandAlone) {
   const auto scene = scene_of({test_support::sphere({-0.7F, 0.6F, 0}, 0.4F, 8, false, 1),
                                box({0.6F, 0.6F, 0}, {0.2F, 0.3F, 0.2F}, 0.4F)});
-  for (const std::vector<bool>& faces : scene->data().single_faces) {
-    for (const bool is_single : faces) {
-      EXPECT_TRUE(is_single);
-    }
+  for (const core::NearPlanes& near : scene->data().near_planes) {
+    EXPECT_TRUE(near.planes.empty());
   }
 }
 
@@ -128,7 +126,8 @@ TEST(SingleFaces, AreNotThoseThatTouchOthers) {
       const auto all_at = [&](float Vec3::*axis) {
         return p[0].*axis == 0 && p[1].*axis == 0 && p[2].*axis == 0;
       };
-      EXPECT_EQ(data.single_faces[solid][i], !all_at(&Vec3::x) && !all_at(&Vec3::y)) << i;
+      const auto& first = data.near_planes[solid].first;
+      EXPECT_EQ(first[i] == first[i + 1], !all_at(&Vec3::x) && !all_at(&Vec3::y)) << i;
     }
   }
 }

@@ -79,4 +79,11 @@ V offset_ray(V p, V n_geometric, F error_m) noexcept {
   return p + n_geometric * error_m;
 }
 
+/// Returns the origin of a ray that goes on behind the surface at p.
+template <typename V, typename F>
+V origin_behind(V p, V n_geometric, F error_m, V direction) noexcept {
+  return offset_ray(p, n_geometric * select(dot(n_geometric, direction) >= F(0), F(1), F(-1)),
+                    error_m);
+}
+
 }  // namespace core

@@ -31,10 +31,13 @@ struct Solid {
   Bounds box;                  ///< world, at all times
 };
 
-/// Returns whether a path in this direction enters the solid through a triangle of this normal,
-/// which is on the triangle's front side.
+/// Returns whether a path that meets the front or the back of a triangle enters its solid.
+inline bool is_inwards(const Solid& solid, bool meets_front) noexcept {
+  return meets_front != solid.is_inside_out;
+}
+/// As above, in this direction. normal_geometric: on the triangle's front side.
 inline bool is_inwards(const Solid& solid, Vec3 normal_geometric, Vec3 direction) noexcept {
-  return (dot(normal_geometric, direction) < 0) != solid.is_inside_out;
+  return is_inwards(solid, dot(normal_geometric, direction) < 0);
 }
 
 /// A face of a solid at an end of a segment, or none. is_hole: the path passes a hole in it.

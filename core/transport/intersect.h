@@ -24,9 +24,8 @@ bool reach(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept
 /// A ray past a surface, at which it changes nothing. Point: SurfacePoint or FacePoint.
 template <typename Point>
 Ray ray_behind(const Point& point, const Ray& ray) noexcept {
-  const float side = dot(point.normal_geometric, ray.direction) >= 0 ? 1.0F : -1.0F;
   Ray out = ray;
-  out.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
+  out.origin = origin_behind(point.position, point.normal_geometric, point.error_m, ray.direction);
   return out;
 }
 

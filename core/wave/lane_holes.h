@@ -9,9 +9,9 @@
 #include <cstdint>
 
 #include "core/accel/accel.h"
-#include "core/scene/face_point.h"
 #include "core/transport/intersect.h"
 #include "core/wave/lane_surfaces.h"
+#include "core/wave/wave_access.h"
 
 namespace core {
 
@@ -31,95 +31,100 @@ struct TracedPacket {
             rays.t_max[k],
             rays.time[k]};
   }
-  /// Moves the origin of ray k behind its hit; returns the distance.
-  float go_behind(const SceneData& scene, std::size_t k) noexcept {
-    const Ray from = ray(k);
-    const FacePoint point = face_point(scene, hit(k), from);
-    const Ray behind = ray_behind(point, from);
-    rays.origin_x[k] = behind.origin.x;
-    rays.origin_y[k] = behind.origin.y;
-    rays.origin_z[k] = behind.origin.z;
-    return length(point.position - from.origin);
+  void set(std::size_t k, const Ray& ray) noexcept {
+    rays.origin_x[k] = ray.origin.x;
+    rays.origin_y[k] = ray.origin.y;
+    rays.origin_z[k] = ray.origin.z;
+    rays.direction_x[k] = ray.direction.x;
+    rays.direction_y[k] = ray.direction.y;
+    rays.direction_z[k] = ray.direction.z;
+    rays.t_max[k] = ray.t_max;
+    rays.time[k] = ray.time;
   }
 };
 
-/// Traces the rays that have met holes on behind them; in scenes with solids, finds the holes only.
-/// draw(k, i): the i-th random number of ray k. Returns the rays that have met holes, and adds to
-/// `rays` those traced.
-template <typename Draw>
-[[gnu::noinline]] unsigned pass_holes(const SceneData& scene, const LaneSurfaces& surfaces,
-                                      TracedPacket& packet, Draw&& draw, std::uint64_t& rays) {
-  std::array<std::uint32_t, 8> draws{};
-  unsigned all = 0;
-  unsigned unknown = packet.met;
-  for (int pass = 0; unknown != 0; ++pass) {
-    unsigned holes = 0;
-    for (; unknown != 0; unknown &= unknown - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(unknown));
-      const float coverage = surfaces.coverage(packet.hit(k), packet.ray(k));
-      // Where solids have holes, the number depends on whether the hit is of a solid.
-      const bool is_hole = scene.has_solid_holes
-                               ? coverage < 1
-                               : passes_hole(coverage, [&] { return draw(k, draws[k]++); });
-      holes |= (is_hole ? 1U : 0U) << k;
-    }
-    all |= holes;
-    if (scene.has_volumes || holes == 0) {
-      break;
-    }
-    for (unsigned rest = holes; rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      packet.rays.t_max[k] -= packet.go_behind(scene, k);
-    }
-    rays += static_cast<std::uint64_t>(std::popcount(holes));
-    HitPacket next;
-    unknown = pass + 1 < kNullScatteringMax ? scene.accel->intersect8(packet.rays, holes, next) : 0;
-    packet.met &= ~holes | unknown;
-    for (unsigned rest = unknown; rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      packet.hits.instance[k] = next.instance[k];
-      packet.hits.geometry[k] = next.geometry[k];
-      packet.hits.primitive[k] = next.primitive[k];
-    }
-  }
-  return all;
-}
+/// A ray of a wave that passes holes.
+struct HoleRay {
+  Ray ray;
+  RawHit hit;               ///< of the last hole
+  std::size_t index = 0;    ///< in the wave's arrays
+  int passes = 0;           ///< holes behind it
+  std::uint32_t draws = 0;  ///< random numbers taken
+  float open = 1;           ///< of its light
+  Vec3 end;                 ///< of a ray to a point
+};
 
-/// Returns what surfaces on the way of shadow rays `on` let through by their holes. Pre: nothing
-/// else transmits. Adds to `rays` those traced beyond the first surfaces.
-[[gnu::noinline]] inline std::array<float, 8> pass_light(const SceneData& scene,
-                                                         const LaneSurfaces& surfaces,
-                                                         TracedPacket& packet, unsigned on,
-                                                         std::uint64_t& rays) {
-  std::array<float, 8> open;
-  open.fill(1);
-  std::array<Vec3, 8> ends;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const Ray ray = packet.ray(k);
-    ends[k] = ray.origin + ray.direction;
-  }
-  for (int pass = 0; on != 0; ++pass) {
-    packet.met = scene.accel->intersect8(packet.rays, on, packet.hits);
-    on = 0;
-    for (unsigned rest = packet.met; rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      const float coverage = surfaces.coverage(packet.hit(k), packet.ray(k));
-      open[k] *= pass + 1 < kNullScatteringMax ? 1 - coverage : 0;
-      if (!(open[k] > 0)) {
-        continue;
-      }
-      on |= 1U << k;
-      packet.go_behind(scene, k);
-      if (!(packet.rays.t_max[k] > 1)) {  // towards a point
-        const Vec3 direction = ends[k] - packet.ray(k).origin;
-        packet.rays.direction_x[k] = direction.x;
-        packet.rays.direction_y[k] = direction.y;
-        packet.rays.direction_z[k] = direction.z;
-      }
+/// Traces rays on behind the holes that they meet, in packets that are kept full: a ray waits until
+/// eight do. goes_on(ray, hit): visits a surface, or null where the ray has left the scene; returns
+/// whether the ray is traced on behind it. moved(ray, distance_m): visits a ray that starts there.
+template <typename GoesOn, typename Moved>
+class HoleQueue {
+ public:
+  /// rays: counts those traced.
+  HoleQueue(const SceneData& scene, const LaneSurfaces& surfaces, std::uint64_t& rays,
+            const GoesOn& goes_on, const Moved& moved)
+      : scene_(scene), surfaces_(surfaces), rays_(rays), goes_on_(goes_on), moved_(moved) {}
+
+  /// Takes rays `on` of a packet that has been traced; ray k is number first + k of the wave.
+  void add(const TracedPacket& packet, unsigned on, std::size_t first) {
+    for (; on != 0; on &= on - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(on));
+      HoleRay ray;
+      ray.ray = packet.ray(k);
+      ray.index = first + k;
+      ray.end = ray.ray.origin + ray.ray.direction;
+      visit(ray, packet, k);
     }
-    rays += static_cast<std::uint64_t>(std::popcount(on));
+    while (count_ >= 8) {
+      trace();
+    }
   }
-  return open;
-}
+  void finish() {
+    while (count_ > 0) {
+      trace();
+    }
+  }
+
+ private:
+  void trace() {
+    const std::size_t taken = std::min(count_, std::size_t{8});
+    count_ -= taken;
+    TracedPacket packet{};
+    std::array<HoleRay, 8> of;
+    for (std::size_t k = 0; k < taken; ++k) {
+      of[k] = waiting_[count_ + k];
+      packet.set(k, of[k].ray);
+      packet.hits.instance[k] = of[k].hit.instance;
+      packet.hits.geometry[k] = of[k].hit.geometry;
+      packet.hits.primitive[k] = of[k].hit.primitive;
+    }
+    const unsigned on = lanes_below(taken);
+    const Floats<8> passed_m = surfaces_.go_behind(packet, on);
+    for (std::size_t k = 0; k < taken; ++k) {
+      of[k].ray.origin = packet.ray(k).origin;
+      moved_(of[k], passed_m.v[k]);
+      packet.set(k, of[k].ray);
+    }
+    rays_ += taken;
+    packet.met = scene_.accel->intersect8(packet.rays, on, packet.hits);
+    for (std::size_t k = 0; k < taken; ++k) {
+      visit(of[k], packet, k);
+    }
+  }
+  void visit(HoleRay& ray, const TracedPacket& packet, std::size_t k) {
+    ray.hit = packet.hit(k);
+    if (goes_on_(ray, (packet.met >> k & 1U) != 0 ? &ray.hit : nullptr)) {
+      waiting_[count_++] = ray;
+    }
+  }
+
+  const SceneData& scene_;
+  const LaneSurfaces& surfaces_;
+  std::uint64_t& rays_;
+  const GoesOn& goes_on_;
+  const Moved& moved_;
+  std::array<HoleRay, 16> waiting_;
+  std::size_t count_ = 0;
+};
 
 }  // namespace core

@@ -133,6 +133,19 @@ template <std::size_t N, typename Options>
   to.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::fill_shadows(TracedPacket& packet,
+                                                                        const Wave& wave,
+                                                                        std::size_t first,
+                                                                        unsigned active) const {
+  const WaveShadows& shadows = wave.shadows;
+  fill(packet.rays, shadows.origin, shadows.direction, first);
+  std::copy_n(shadows.t_max.at + first, 8, packet.rays.t_max);
+  if (moves_) {
+    store(packet.rays.time, times_of<8>(wave, shadows.slot.at + first, active));
+  }
+}
+
 /// Traces the pending shadow rays; one by one where a surface may transmit light.
 template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& rays) const {
@@ -149,27 +162,28 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
     sum.set(slot, sum.get(slot) + (is_blocked ? value - open : open));
   };
   const bool has_blocked = catcher_.is_in_lanes() && depth == 0;
+  const auto arrive = [&](std::size_t i, Vec3 value, Vec3 open) {
+    if (has_blocked && wave.caught->on.at[sample_of(shadows.slot.at[i])] != 0) {
+      catch_light(i, value, open);
+    } else {
+      add(i, open);
+    }
+  };
   const bool all_block = !scene_.has_alpha && !scene_.has_clear && !scene_.has_shared_space;
-  const bool has_holes_only = !all_block && !scene_.has_clear && !scene_.has_volumes;
+  if (!all_block && !scene_.has_clear && !scene_.has_volumes) {
+    pass_light(wave, rays, arrive);
+    shadows.count = 0;
+    return;
+  }
   TracedPacket packet;
-  std::array<float, 8> passed{};
   for (std::size_t first = 0; first < shadows.count; first += 8) {
     const unsigned active = lanes_below(shadows.count - first);
-    fill(packet.rays, shadows.origin, shadows.direction, first);
-    std::copy_n(shadows.t_max.at + first, 8, packet.rays.t_max);
-    if (moves_) {
-      store(packet.rays.time, times_of<8>(wave, shadows.slot.at + first, active));
-    }
+    fill_shadows(packet, wave, first, active);
     unsigned occluded = 0;
     unsigned alone = 0;  // may be transmitted in part
     const unsigned within = scene_.has_volumes ? in_media<8>(shadows.medium, first) : 0;
     if (all_block) {
       occluded = active & scene_.accel->occluded8(packet.rays, active);
-    } else if (has_holes_only) {
-      passed = pass_light(scene_, surfaces_, packet, active, rays);
-      for (std::size_t k = 0; k < 8; ++k) {
-        occluded |= (passed[k] > 0 ? 0U : 1U) << k;
-      }
     } else if (scene_.has_shared_space) {
       alone = active;
     } else {
@@ -185,7 +199,7 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
     if (has_fog()) {
       thin_in_fog(shadows, first, active & ~occluded & ~alone);
     }
-    if (alone == 0 && !has_blocked && !has_holes_only) {
+    if (alone == 0 && !has_blocked) {
       for (unsigned open = active & ~occluded; open != 0; open &= open - 1) {
         const std::size_t k = first + static_cast<std::size_t>(std::countr_zero(open));
         add(k, shadows.value.get(k));
@@ -199,17 +213,48 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
       Vec3 open = (occluded >> k & 1U) != 0 ? Vec3{} : value;
       if ((alone >> k & 1U) != 0) {
         open = value * transmittance(wave, i, depth, rays);
-      } else if (has_holes_only) {
-        open = value * passed[k];
       }
-      if (has_blocked && wave.caught->on.at[sample_of(shadows.slot.at[i])] != 0) {
-        catch_light(i, value, open);
-      } else {
-        add(i, open);
-      }
+      arrive(i, value, open);
     }
   }
   shadows.count = 0;
+}
+
+/// Traces the pending shadow rays where surfaces transmit by holes only.
+template <std::size_t N, typename Options>
+template <typename Arrive>
+void LaneTracer<N, Options>::pass_light(Wave& wave, std::uint64_t& rays,
+                                        const Arrive& arrive) const {
+  WaveShadows& shadows = wave.shadows;
+  const auto goes_on = [&](HoleRay& r, const RawHit* hit) {
+    if (hit != nullptr) {
+      r.open *= ++r.passes < kNullScatteringMax ? 1 - surfaces_.coverage(*hit, r.ray) : 0;
+    }
+    const bool is_traced = hit != nullptr && r.open > 0;
+    if (!is_traced) {
+      const Vec3 value = shadows.value.get(r.index);
+      arrive(r.index, value, value * r.open);
+    }
+    return is_traced;
+  };
+  const auto moved = [](HoleRay& r, float /*passed_m*/) {
+    if (!(r.ray.t_max > 1)) {  // towards a point
+      r.ray.direction = r.end - r.ray.origin;
+    }
+  };
+  HoleQueue queue(scene_, surfaces_, rays, goes_on, moved);
+  rays += shadows.count;
+  for (std::size_t first = 0; first < shadows.count; first += 8) {
+    const unsigned active = lanes_below(shadows.count - first);
+    if (has_fog()) {
+      thin_in_fog(shadows, first, active);
+    }
+    TracedPacket packet;
+    fill_shadows(packet, wave, first, active);
+    packet.met = active & scene_.accel->intersect8(packet.rays, active, packet.hits);
+    queue.add(packet, active, first);
+  }
+  queue.finish();
 }
 
 /// Follows a shadow ray through surfaces that may transmit light.

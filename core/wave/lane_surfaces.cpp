@@ -5,6 +5,7 @@
 
 #include "core/math/offset_ray.h"
 #include "core/transport/solid_faces.h"
+#include "core/wave/lane_holes.h"
 #include "core/wave/lane_maps.h"
 
 namespace core {
@@ -178,13 +179,26 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
-    placed_.push_back(
-        {mesh.positions.data(), data(mesh.normals), m.transmits ? nullptr : data(mesh.round_sides),
-         mesh.indices.data(), &materials_[mesh.material], maps ? &maps_[mesh.material] : nullptr,
-         maps ? data(*uv) : nullptr, data(mesh.tangents), placed.first_light, kind,
-         mesh.later.empty() ? nullptr : &mesh,
-         same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()), m.is_clear,
-         m.factors.double_sided, shines_alone(m), has_layers, is_wall, has_film, placed.solid});
+    placed_.push_back({mesh.positions.data(),
+                       data(mesh.normals),
+                       m.transmits ? nullptr : data(mesh.round_sides),
+                       mesh.indices.data(),
+                       &materials_[mesh.material],
+                       maps ? &maps_[mesh.material] : nullptr,
+                       maps ? data(*uv) : nullptr,
+                       data(mesh.tangents),
+                       placed.first_light,
+                       kind,
+                       mesh.later.empty() ? nullptr : &mesh,
+                       &m,
+                       same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()),
+                       m.is_clear,
+                       m.factors.double_sided,
+                       shines_alone(m),
+                       has_layers,
+                       is_wall,
+                       has_film,
+                       placed.solid});
   }
 }
 
@@ -196,11 +210,9 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   unsigned mapped = 0;
   unsigned textured = 0;
   unsigned front = 0;
+  unsigned single = 0;
   out.unsupported = 0;
   out.films.on = 0;
-  const auto instance_of = [this](const RawHit& hit) {
-    return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
-  };
   for (unsigned rest = on; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const unsigned bit = 1U << k;
@@ -229,7 +241,7 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     }
     if (has_solids_) {
       front = (triangles.side > Floats<N>(0)).bits();
-      load_solids(hits, plain | mapped, out);
+      single = load_solids(hits, plain | mapped, triangles, out);
     }
     if (has_walls_) {
       load_walls(hits, plain | mapped, out);
@@ -260,19 +272,16 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     out.brush.alpha_x = select(Mask<N>::of(out.brushed), out.brush.alpha_x, out.surface.alpha);
   }
   if (out.solid != 0) {
-    cross_solids(segments, hits, front, out);
+    cross_solids(segments, hits, front, single, out);
   }
 }
 
 template <std::size_t N>
-void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                                const PlacedInstance* instance) {
+[[gnu::always_inline]] inline void LaneSurfaces::add_face(Rows<N>& rows, std::size_t k,
+                                                          const Entry& mesh, const RawHit& hit,
+                                                          const PlacedInstance* instance) {
   const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
-  rows.material[k] = mesh.row->at;
   const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
-  rows.light[k] = static_cast<std::int32_t>(
-      mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
-  rows.double_sided |= mesh.is_double_sided ? 1U << k : 0U;
   for (std::size_t c = 0; c < 3; ++c) {
     rows.positions[c][k] = &mesh.positions[v[c]].x;
   }
@@ -286,6 +295,18 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
       rows.positions[c][k] = &rows.placed[c][k].x;
     }
   }
+}
+
+template <std::size_t N>
+void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
+                                const PlacedInstance* instance) {
+  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
+  rows.material[k] = mesh.row->at;
+  rows.light[k] = static_cast<std::int32_t>(
+      mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
+  rows.double_sided |= mesh.is_double_sided ? 1U << k : 0U;
+  add_face(rows, k, mesh, hit, instance);
+  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
   if (mesh.normals != nullptr) {
     rows.smooth |= 1U << k;
     rows.moved |= to_world != nullptr ? 1U << k : 0U;
@@ -331,11 +352,11 @@ template <std::size_t N>
 void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const {
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (!entry_of(hits[k]).has_layers) {
+    const Entry& mesh = entry_of(hits[k]);
+    if (!mesh.has_layers) {
       continue;
     }
-    const MaterialDescription& f =
-        scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material].factors;
+    const MaterialDescription& f = mesh.material->factors;
     if (out.layered == 0) {
       out.layers = LayerLanes<N>();
       out.layers.clearcoat_normal = out.surface.normal;
@@ -348,18 +369,24 @@ void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>
   }
 }
 
-/// Loads the factors of solids in the lanes of `on`.
+/// Loads the factors of solids in the lanes of `on`; returns those that are known to be on a single
+/// face.
 template <std::size_t N>
-[[gnu::noinline]] void LaneSurfaces::load_solids(const RawHit (&hits)[N], unsigned on,
-                                                 LaneHits<N>& out) const {
+[[gnu::noinline]] unsigned LaneSurfaces::load_solids(const RawHit (&hits)[N], unsigned on,
+                                                     const TriangleLanes<N>& triangles,
+                                                     LaneHits<N>& out) const {
+  unsigned single = 0;
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (entry_of(hits[k]).solid != kNoSolid) {
-      const Material& m =
-          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
-      set_solid(out, k, m.plain);
+    if (const Entry& mesh = entry_of(hits[k]); mesh.solid != kNoSolid) {
+      set_solid(out, k, mesh.material->plain);
+      single |= (scene_.is_single_face_within(hits[k], out.position.lane(k)) ? 1U : 0U) << k;
     }
   }
+  return single == 0
+             ? 0
+             : single &
+                   is_within(triangles.p, triangles.n, out.position, scene_.edge_margin_m).bits();
 }
 
 /// Loads the factors of walls in the lanes of `on`.
@@ -368,9 +395,8 @@ template <std::size_t N>
                                                 LaneHits<N>& out) const {
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (entry_of(hits[k]).is_wall) {
-      const Material& m =
-          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material];
+    if (const Entry& mesh = entry_of(hits[k]); mesh.is_wall) {
+      const Material& m = *mesh.material;
       set_wall(out, k, m.plain.transmission, m.factors.diffuse_transmission,
                m.factors.diffuse_transmission_color);
     }
@@ -383,9 +409,8 @@ template <std::size_t N>
                                                 LaneHits<N>& out) const {
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (entry_of(hits[k]).has_film) {
-      const MaterialDescription& f =
-          scene_.materials[scene_.meshes[scene_.placed_mesh(hits[k]).mesh].material].factors;
+    if (const Entry& mesh = entry_of(hits[k]); mesh.has_film) {
+      const MaterialDescription& f = mesh.material->factors;
       set_film(out, k, clamp01(f.iridescence), f.iridescence_ior, f.iridescence_thickness_max_nm);
     }
   }
@@ -393,28 +418,37 @@ template <std::size_t N>
 
 /// Finds the media beyond the boundaries of solids. What is not a single face between a solid and
 /// the outside becomes unsupported. front: bits of the lanes that see the front of the triangle.
+/// single: of those known to be on a single face.
 template <std::size_t N>
 [[gnu::noinline]] void LaneSurfaces::cross_solids(const SegmentLanes<N>& segments,
                                                   const RawHit (&hits)[N], unsigned front,
-                                                  LaneHits<N>& out) const {
+                                                  unsigned single, LaneHits<N>& out) const {
+  const Vec3s<N>& ng = out.surface.normal_geometric;
+  const Vec3s<N> of_front = select(Mask<N>::of(front), ng, -ng);
+  const unsigned meets_front = (dot(of_front, segments.direction) < Floats<N>(0)).bits();
   for (unsigned rest = out.solid; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const std::uint32_t id = entry_of(hits[k]).solid;
     const Solid& solid = scene_.solids[id];
     const auto number = static_cast<std::int32_t>(id) + 1;
-    const bool is_front = (front >> k & 1U) != 0;
+    const bool inwards = is_inwards(solid, (meets_front >> k & 1U) != 0);
+    if (segments.medium.v[k] != (inwards ? 0 : number)) {
+      out.unsupported |= 1U << k;
+      continue;
+    }
+    out.solids.ior.v[k] = std::max(solid.material->factors.ior, 1.0F);
+    out.solids.inside.v[k] = inwards ? 0 : -1;
+    out.beyond.v[k] = inwards ? number : 0;
+    if ((single >> k & 1U) != 0) {
+      continue;
+    }
     const Ray ray = {.origin = segments.origin.lane(k),
                      .direction = segments.direction.lane(k),
                      .time = segments.time.v[k]};
     SurfacePoint point;
     point.position = out.position.lane(k);
-    point.normal_geometric = out.surface.normal_geometric.lane(k) * (is_front ? 1.0F : -1.0F);
+    point.normal_geometric = of_front.lane(k);
     point.error_m = out.surface.error_m.v[k];
-    const bool inwards = is_inwards(solid, point.normal_geometric, ray.direction);
-    if (segments.medium.v[k] != (inwards ? 0 : number)) {
-      out.unsupported |= 1U << k;
-      continue;
-    }
     MediumStack media;
     if (!inwards) {
       media.enter(solid);
@@ -424,9 +458,6 @@ template <std::size_t N>
       out.unsupported |= 1U << k;
     }
     out.surface.error_m.v[k] = faces.error_m;
-    out.solids.ior.v[k] = std::max(solid.material->factors.ior, 1.0F);
-    out.solids.inside.v[k] = inwards ? 0 : -1;
-    out.beyond.v[k] = inwards ? number : 0;
   }
 }
 
@@ -461,23 +492,62 @@ void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, 
 }
 
 template <std::size_t N>
-TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
-                                          LaneHits<N>& out) {
+[[gnu::always_inline]] inline FaceLanes<N> LaneSurfaces::face(const Rows<N>& rows, Vec3s<N> origin,
+                                                              Vec3s<N> direction) {
+  FaceLanes<N> out;
+  Floats<N> behind;
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.p[c] = gather(rows.positions[c], behind);
+  }
+  const Vec3s<N> edge1 = out.p[1] - out.p[0];
+  const Vec3s<N> edge2 = out.p[2] - out.p[0];
+  out.n = cross(edge1, edge2);
+  out.b = barycentrics(out.p, out.n, origin, direction);
+  out.position = blend(out.p, out.b);
+  out.twice_area = length(out.n);
+  out.mirror = load<N>(rows.mirror);
+  out.geometric =
+      select(out.twice_area > Floats<N>(0), out.n * (out.mirror / out.twice_area), -direction);
+  out.error_m = plane_error_m(out.position, edge1, edge2, out.twice_area, load<N>(rows.spread),
+                              load<N>(rows.place_m));
+  return out;
+}
+
+[[gnu::flatten]] Floats<8> LaneSurfaces::go_behind(TracedPacket& packet, unsigned on) const {
+  Rows<8> rows;
+  for (unsigned rest = on; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const RawHit hit = packet.hit(k);
+    const Entry& mesh = entry_of(hit);
+    rows.material[k] = kNothing;
+    add_face(rows, k, mesh, hit, instance_of(hit));
+    if (mesh.moving != nullptr) {
+      move_triangle(rows, k, *mesh.moving, hit.primitive, packet.rays.time[k]);
+    }
+  }
+  rows.complete(on);
+  RayPacket& rays = packet.rays;
+  const Vec3s<8> origin = {load<8>(rays.origin_x), load<8>(rays.origin_y), load<8>(rays.origin_z)};
+  const Vec3s<8> direction = {load<8>(rays.direction_x), load<8>(rays.direction_y),
+                              load<8>(rays.direction_z)};
+  const FaceLanes<8> at = face(rows, origin, direction);
+  const Vec3s<8> behind = origin_behind(at.position, at.geometric, at.error_m, direction);
+  const Mask<8> moved = Mask<8>::of(on);
+  store(rays.origin_x, select(moved, behind.x, origin.x));
+  store(rays.origin_y, select(moved, behind.y, origin.y));
+  store(rays.origin_z, select(moved, behind.z, origin.z));
+  return length(at.position - origin);
+}
+
+template <std::size_t N>
+[[gnu::flatten]] TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments,
+                                                           const Rows<N>& rows, LaneHits<N>& out) {
   const Floats<N> zero(0);
   const Floats<N> one(1);
   const Vec3s<N> wo = -segments.direction;
-  Floats<N> behind;
-  Corners<Vec3s<N>> p;
-  for (std::size_t c = 0; c < 3; ++c) {
-    p[c] = gather(rows.positions[c], behind);
-  }
-  const Vec3s<N> edge1 = p[1] - p[0];
-  const Vec3s<N> edge2 = p[2] - p[0];
-  const Vec3s<N> n = cross(edge1, edge2);
-  const Vec3s<N> b = barycentrics(p, n, segments.origin, segments.direction);
-  out.position = blend(p, b);
-  const Floats<N> twice_area = length(n);
-  const Vec3s<N> geometric = select(twice_area > zero, n * (load<N>(rows.mirror) / twice_area), wo);
+  const auto [p, n, b, position, geometric, twice_area, error_m, mirror] =
+      face(rows, segments.origin, segments.direction);
+  out.position = position;
   const Floats<N> cos_front = dot(geometric, wo);
   const Mask<N> front = cos_front >= zero;
   const Floats<N> side = select(front, one, Floats<N>(-1));
@@ -485,11 +555,11 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   s.normal_geometric = geometric * side;
   s.horizon = s.normal_geometric;
   s.origin = out.position;
-  s.error_m = plane_error_m(out.position, edge1, edge2, twice_area, load<N>(rows.spread),
-                            load<N>(rows.place_m));
+  s.error_m = error_m;
   Vec3s<N> shading = geometric;
   if (rows.smooth != 0) {
     Corners<Vec3s<N>> corner;
+    Floats<N> behind;
     for (std::size_t c = 0; c < 3; ++c) {
       corner[c] = gather(rows.normals[c], behind);
       if (rows.moved != 0) {
@@ -522,7 +592,7 @@ TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments, const
   out.light = load<N>(rows.light);
   out.distance_m = length(out.position - segments.origin);
   out.cone_width_m = segments.cone_width_m + segments.cone_spread_rad * out.distance_m;
-  return {p, n, b, geometric, shading, twice_area, side, load<N>(rows.mirror)};
+  return {p, n, b, geometric, shading, twice_area, side, mirror};
 }
 
 /// Returns whether emission that is evaluated lane by lane is not black at the hit.

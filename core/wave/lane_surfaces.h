@@ -56,7 +56,10 @@ inline float eta_scale_within(const Solid& solid) noexcept {
 /// Returns whether lanes support paths in this solid and through its boundary.
 bool lanes_support(const SceneData& scene, const Solid& solid) noexcept;
 
+struct TracedPacket;
 struct LaneMaps;
+template <std::size_t N>
+struct FaceLanes;
 template <std::size_t N>
 struct MapRows;
 template <std::size_t N>
@@ -78,6 +81,8 @@ class LaneSurfaces {
     const float same = entry_of(hit).coverage;
     return same < 0 ? scene_.coverage(hit, ray) : same;
   }
+  /// Moves the origins of rays `on` behind their hits, as ray_behind(); returns the distances.
+  Floats<8> go_behind(TracedPacket& packet, unsigned on) const;
   /// Returns whether a hit lets no light through. Pre: solids share no space.
   bool blocks(const RawHit& hit, const Ray& ray) const {
     return !entry_of(hit).is_clear && !(coverage(hit, ray) < 1);
@@ -102,7 +107,8 @@ class LaneSurfaces {
     std::uint32_t first_light;
     Kind kind;
     const MeshData* moving;  ///< null if it is at rest
-    float coverage;          ///< everywhere; negative: it may vary
+    const Material* material;
+    float coverage;  ///< everywhere; negative: it may vary
     bool is_clear;
     bool is_double_sided;
     bool shines_alone;  ///< emission is evaluated lane by lane
@@ -121,6 +127,12 @@ class LaneSurfaces {
     return placed_[first + hit.geometry];
   }
   bool shines(const Entry& mesh, const RawHit& hit) const;
+  const PlacedInstance* instance_of(const RawHit& hit) const {
+    return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
+  }
+  template <std::size_t N>
+  static void add_face(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
+                       const PlacedInstance* instance);
   template <std::size_t N>
   static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                            const PlacedInstance* instance);
@@ -131,19 +143,22 @@ class LaneSurfaces {
   static void add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
                        const Transform* to_world, float time);
   template <std::size_t N>
+  static FaceLanes<N> face(const Rows<N>& rows, Vec3s<N> origin, Vec3s<N> direction);
+  template <std::size_t N>
   static TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
                                      LaneHits<N>& out);
   template <std::size_t N>
   void load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
-  void load_solids(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
+  unsigned load_solids(const RawHit (&hits)[N], unsigned on, const TriangleLanes<N>& triangles,
+                       LaneHits<N>& out) const;
   template <std::size_t N>
   void load_walls(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
   void load_films(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
   void cross_solids(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned front,
-                    LaneHits<N>& out) const;
+                    unsigned single, LaneHits<N>& out) const;
   template <std::size_t N>
   bool meet_textured(const SegmentLanes<N>& segments, const RawHit& hit, std::size_t k,
                      LaneHits<N>& out) const;

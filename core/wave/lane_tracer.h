@@ -160,7 +160,12 @@ class LaneTracer final : public WaveTracer {
   }
 
   void add_continuations(Wave& wave) const;
+  void fill_rays(TracedPacket& packet, const Wave& wave, std::size_t first, unsigned active,
+                 int depth) const;
   void find_hits(Wave& wave, int depth, std::uint64_t& rays) const;
+  [[gnu::noinline]] void pass_holes(Wave& wave, int depth, std::uint64_t& rays) const;
+  void end_paths(Wave& wave, std::size_t first, unsigned active, unsigned met, bool has_sky,
+                 int depth) const;
   void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
   Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
@@ -272,6 +277,10 @@ class LaneTracer final : public WaveTracer {
   template <bool kCatches>
   void add_light_samples(Wave& wave, const Vertex& at, const BsdfLanes<N>& bsdf,
                          const Numbers& numbers, int depth, const Vec4s<N>& u) const;
+  void fill_shadows(TracedPacket& packet, const Wave& wave, std::size_t first,
+                    unsigned active) const;
+  template <typename Arrive>
+  [[gnu::noinline]] void pass_light(Wave& wave, std::uint64_t& rays, const Arrive& arrive) const;
   [[gnu::noinline]] Vec3 transmittance(const Wave& wave, std::size_t i, int depth,
                                        std::uint64_t& rays) const;
   Vec4s<N> draw(const Wave& wave, const Numbers& numbers, unsigned on, int group,

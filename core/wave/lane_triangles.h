@@ -16,6 +16,17 @@ Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
 
 inline constexpr float kNothing[16] = {};  ///< row for inactive lanes
 
+/// The lanes' hits on their triangles: FacePoint and what it is made of.
+template <std::size_t N>
+struct FaceLanes {
+  Corners<Vec3s<N>> p;
+  Vec3s<N> n;  ///< cross product of the edges
+  Vec3s<N> b;  ///< barycentric coordinates
+  Vec3s<N> position;
+  Vec3s<N> geometric;  ///< normal
+  Floats<N> twice_area, error_m, mirror;
+};
+
 /// The lanes' triangles at their hits.
 template <std::size_t N>
 struct TriangleLanes {

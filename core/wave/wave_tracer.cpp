@@ -88,6 +88,20 @@ void LaneTracer<N, Options>::add_continuations(Wave& wave) const {
   }
 }
 
+/// Fills a packet with paths [first, first + 8). Pre: t_max is that of a Ray.
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::fill_rays(
+    TracedPacket& packet, const Wave& wave, std::size_t first, unsigned active, int depth) const {
+  const WavePaths& paths = wave.paths;
+  fill(packet.rays, paths.origin, paths.direction, first);
+  if (depth == 0) {  // camera paths are in the order of their slots
+    std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.rays.t_max);
+  }
+  if (moves_) {
+    store(packet.rays.time, times_of<8>(wave, paths.slot.at + first, active));
+  }
+}
+
 /// Finds the nearest surfaces of all paths; paths that leave the scene end in the environment.
 template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& rays) const {
@@ -100,39 +114,90 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
   const std::size_t end = paths.first + paths.count;
   for (std::size_t first = paths.first; first < end; first += 8) {
     const unsigned active = lanes_below(end - first);
-    fill(packet.rays, paths.origin, paths.direction, first);
-    if (depth == 0) {  // camera paths are in the order of their slots
-      std::copy_n(wave.results.t_max.at + (first - paths.first), 8, packet.rays.t_max);
-    }
-    if (moves_) {
-      store(packet.rays.time, times_of<8>(wave, paths.slot.at + first, active));
-    }
-    unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
-    if (scene_.has_alpha) {
-      packet.met = met;
-      // By value, so that the variables of the loop stay in registers.
-      const auto draw = [this, &wave, first, depth](std::size_t k, std::uint32_t i) {
-        return sampler_of(wave, wave.paths.slot.at[first + k]).extra_1d(depth, i);
-      };
-      wave.hits.holes.at[first / 8] = pass_holes(scene_, surfaces_, packet, draw, rays);
-      met = packet.met;
-      std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
-    }
+    fill_rays(packet, wave, first, active, depth);
+    const unsigned met = scene_.accel->intersect8(packet.rays, active, packet.hits);
     std::copy_n(packet.hits.instance, 8, wave.hits.instance.at + first);
     std::copy_n(packet.hits.geometry, 8, wave.hits.geometry.at + first);
     std::copy_n(packet.hits.primitive, 8, wave.hits.primitive.at + first);
     wave.hits.is_hit.at[first / 8] = met;
-    unsigned ended = active & ~met;
-    if (catcher_.is_in_lanes() && depth == 1) {
-      const unsigned caught = catcher_.caught(wave, first, active);
-      keep_away(wave, first, caught & met);
-      ended &= ~caught;
+    if (!scene_.has_alpha) {
+      end_paths(wave, first, active, met, has_sky, depth);
     }
-    for (std::size_t k = 0; k < 8 && has_sky; k += N) {
-      const unsigned left = ended >> k & ((1U << N) - 1);
-      if (left != 0) {
-        add_environment(wave, first + k, left, depth);
-      }
+  }
+  if (scene_.has_alpha) {
+    pass_holes(wave, depth, rays);
+    for (std::size_t first = paths.first; first < end; first += 8) {
+      const unsigned met = wave.hits.is_hit.at[first / 8];
+      end_paths(wave, first, lanes_below(end - first), met, has_sky, depth);
+    }
+  }
+}
+
+/// Traces the paths that have met holes on behind them; in scenes with solids, finds the holes
+/// only.
+template <std::size_t N, typename Options>
+void LaneTracer<N, Options>::pass_holes(Wave& wave, int depth, std::uint64_t& rays) const {
+  const WavePaths& paths = wave.paths;
+  WaveHits& hits = wave.hits;
+  const auto goes_on = [&](HoleRay& r, const RawHit* hit) {
+    const std::size_t group = r.index / 8;
+    const unsigned bit = 1U << (r.index % 8);
+    if (hit == nullptr) {
+      hits.is_hit.at[group] &= ~bit;
+      return false;
+    }
+    const auto draw = [&] {
+      return sampler_of(wave, paths.slot.at[r.index]).extra_1d(depth, r.draws++);
+    };
+    // Where solids have holes, the number depends on whether the hit is of a solid.
+    const float coverage = surfaces_.coverage(*hit, r.ray);
+    if (scene_.has_solid_holes ? !(coverage < 1) : !passes_hole(coverage, draw)) {
+      hits.instance.at[r.index] = hit->instance;
+      hits.geometry.at[r.index] = hit->geometry;
+      hits.primitive.at[r.index] = hit->primitive;
+      return false;
+    }
+    hits.holes.at[group] |= bit;
+    if (scene_.has_volumes) {
+      return false;
+    }
+    const bool is_traced = ++r.passes < kNullScatteringMax;
+    hits.is_hit.at[group] &= is_traced ? ~0U : ~bit;
+    return is_traced;
+  };
+  const auto moved = [](HoleRay& r, float passed_m) { r.ray.t_max -= passed_m; };
+  HoleQueue queue(scene_, surfaces_, rays, goes_on, moved);
+  TracedPacket packet;
+  std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
+  const std::size_t end = paths.first + paths.count;
+  for (std::size_t first = paths.first; first < end; first += 8) {
+    hits.holes.at[first / 8] = 0;
+    fill_rays(packet, wave, first, lanes_below(end - first), depth);
+    packet.met = hits.is_hit.at[first / 8];
+    std::copy_n(hits.instance.at + first, 8, packet.hits.instance);
+    std::copy_n(hits.geometry.at + first, 8, packet.hits.geometry);
+    std::copy_n(hits.primitive.at + first, 8, packet.hits.primitive);
+    queue.add(packet, packet.met, first);
+  }
+  queue.finish();
+}
+
+/// Ends paths [first, first + 8) of `active`, but those of `met`, in the environment.
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::end_paths(Wave& wave, std::size_t first,
+                                                                     unsigned active, unsigned met,
+                                                                     bool has_sky,
+                                                                     int depth) const {
+  unsigned ended = active & ~met;
+  if (catcher_.is_in_lanes() && depth == 1) {
+    const unsigned caught = catcher_.caught(wave, first, active);
+    keep_away(wave, first, caught & met);
+    ended &= ~caught;
+  }
+  for (std::size_t k = 0; k < 8 && has_sky; k += N) {
+    const unsigned left = ended >> k & ((1U << N) - 1);
+    if (left != 0) {
+      add_environment(wave, first + k, left, depth);
     }
   }
 }

@@ -81,6 +81,12 @@ class Job {
     const core::MutexLock lock(mutex_);
     return run_;
   }
+  /// Returns whether the job has ended and its film no longer changes: a job is published as
+  /// cancelled before its last slices end.
+  bool is_at_rest() const {
+    const core::MutexLock lock(mutex_);
+    return api::is_final(record_.view.state) && !run_;
+  }
   std::shared_ptr<const StoredFilm> kept_film() const {
     const core::MutexLock lock(mutex_);
     return kept_film_;

@@ -328,24 +328,32 @@ std::vector<JobPointer> JobBook::take_parkable() {
   return jobs;
 }
 
-std::optional<std::uint64_t> JobBook::last_like(
+std::optional<std::uint64_t> JobBook::last_that_may_yield(
     const Waiting& next, const std::function<SliceSource::Turn(const Job&)>& turn_of) const {
+  const std::string& tenant = next.job->tenant();
   const std::string scene = next.job->record().view.spec.scene;
+  std::map<std::string, int> running;  // by tenant
+  for (const auto& [number, holder] : holders_) {
+    running[holder.job->tenant()] += holder.paused_at == 0 && !holder.rank.is_preview ? 1 : 0;
+  }
+  const bool is_first = running[tenant] == 0;
   std::optional<std::uint64_t> last;
   for (const auto& [number, holder] : holders_) {
     if (holder.is_parking) {
       return std::nullopt;
     }
+    const std::string& its_tenant = holder.job->tenant();
+    const bool is_like = its_tenant == tenant && holder.job->record().view.spec.scene == scene;
     if (holder.paused_at > 0 || holder.rank != next.rank ||
-        holder.job->tenant() != next.job->tenant() ||
-        holder.job->record().view.spec.scene != scene) {
+        !(is_first ? running[its_tenant] > 1 : is_like)) {
       continue;
     }
     const SliceSource::Turn turn = turn_of(*holder.job);
-    if (!turn.has_image) {
+    if (!turn.has_image && !is_first) {
       return std::nullopt;
     }
-    if (!turn.is_timed && (!last || holder.job->sequence() > holders_.at(*last).job->sequence())) {
+    if (turn.has_image && !turn.is_timed &&
+        (!last || holder.job->sequence() > holders_.at(*last).job->sequence())) {
       last = number;
     }
   }
@@ -361,7 +369,7 @@ JobPointer JobBook::take_yielding(const std::function<SliceSource::Turn(const Jo
   const auto can_start = [&](const std::set<std::uint64_t>& parked) REQUIRES(mutex_) {
     return may_start(next, parked) && fits(next, parked);
   };
-  const auto last = can_start({}) ? std::nullopt : last_like(next, turn_of);
+  const auto last = can_start({}) ? std::nullopt : last_that_may_yield(next, turn_of);
   if (!last || !can_start({*last})) {
     return nullptr;
   }

@@ -128,9 +128,8 @@ class JobBook {
   /// the queue needs; empty when it waits for something else, or would still not fit. Each job is
   /// returned only once until it resumes, leaves, or keep().
   std::vector<JobPointer> take_parkable();
-  /// Returns a running job that should be parked for the next job of the queue: the last of those
-  /// of the same tenant, rank and scene in the queue's order, once all of them have images, if the
-  /// other one comes before it and can start then. Null while another one is being parked. turn_of:
+  /// Returns a running job that should be parked for the next job of the queue, which comes before
+  /// it and can start then (last_that_may_yield). Null while another one is being parked. turn_of:
   /// of a running job; called with the lock.
   JobPointer take_yielding(const std::function<SliceSource::Turn(const Job&)>& turn_of);
   /// Makes a job that could not be parked available again.
@@ -194,9 +193,10 @@ class JobBook {
     return fits(next.rank, next.job->tenant(), next.memory, parked);
   }
   bool has_its_previews(const std::string& tenant) const REQUIRES(mutex_);
-  /// Returns the youngest running job of the same tenant, rank and scene whose time does not run
-  /// out; empty while one of them has no image, or any job is being parked.
-  std::optional<std::uint64_t> last_like(
+  /// Returns the youngest running job with an image, of the same rank, whose time does not run out:
+  /// of the same tenant and scene, once all of these have images; for the first job of a tenant, of
+  /// tenants that have several. Empty while any job is being parked.
+  std::optional<std::uint64_t> last_that_may_yield(
       const Waiting& next, const std::function<SliceSource::Turn(const Job&)>& turn_of) const
       REQUIRES(mutex_);
   bool lacks_only_memory() const REQUIRES(mutex_);

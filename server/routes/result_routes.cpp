@@ -74,7 +74,7 @@ class PictureStream {
     while (alive && !writer.client_gone() && !writer.stopping()) {
       // In this order, events after this number are seen in the next pass.
       const std::uint64_t seq = job_->log().last_seq();
-      const bool is_final = api::is_final(job_->state());
+      const bool is_final = job_->is_at_rest();
       const auto begin = Clock::now();
       alive = send_if_new(writer, is_final);
       if (is_final) {

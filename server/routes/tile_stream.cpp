@@ -91,7 +91,7 @@ void TileStream::run(StreamWriter& writer) {
   while (!writer.client_gone() && !writer.stopping()) {
     // In this order, events after this number are seen in the next pass.
     const std::uint64_t seq = job_->log().last_seq();
-    const bool is_final = api::is_final(job_->state());
+    const bool is_final = job_->is_at_rest();
     const auto film = parts_.jobs.films().film(*job_);
     if (film &&
         !(send_new_tiles(writer, **film, is_final) && send_denoised(writer, **film, is_final))) {

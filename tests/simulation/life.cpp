@@ -400,6 +400,9 @@ void World::cancel(int tenant, const std::string& id, const JobPointer& job, Ran
   server::JobService& jobs = *server_.jobs;
   ask(tenant, "cancel", id);
   note_answer(tenant, "cancel", id, jobs.cancel(job));
+  if (random.chance(0.2)) {  // Its last slices may still be running.
+    watch(tenant, id, job, random);
+  }
   if (random.chance(0.5)) {
     ask(tenant, "remove", id);
     note_answer(tenant, "remove", id, jobs.remove(job));

@@ -375,7 +375,7 @@ void Requests::flood(Random& random, Nanoseconds step, const std::function<bool(
   while (jobs && !jobs->empty() && !is_disturbed()) {
     if (now() - asked > kWaitMost * step) {
       fail_("the smallest job waits for a flood, for " + std::to_string((now() - asked) / kSecond) +
-            " s");
+            " s; it is " + std::string(api::to_text(jobs->front()->state())));
     }
     if (api::is_final(jobs->front()->state())) {
       note(0, "ok-small after " + std::to_string((now() - asked) * 1000 / kSecond) + " ms, step " +

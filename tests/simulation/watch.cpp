@@ -38,7 +38,21 @@ class Client final : public server::StreamWriter {
   bool client_gone() const override { return now() >= until_ || !fault_.empty(); }
   bool stopping() const override { return false; }
   std::stop_token stop_token() const override { return {}; }
+  bool has_ended() const { return has_ended_; }
   const std::string& fault() const { return fault_; }
+  /// Returns what is not the newest of the film; empty: nothing.
+  std::string lacks(const core::Film& film) const {
+    for (int tile = 0; tile < film.tile_count(); ++tile) {
+      const core::PixelRect rect = film.tile_rect(tile);
+      const auto sent = revisions_.find({rect.x, rect.y});
+      const std::uint32_t newest = sent == revisions_.end() ? 0 : sent->second;
+      if (film.tile_samples(tile) > 0 && newest != film.tile_revision(tile)) {
+        return "the stream ended with " + name_of(tile, newest) + ", the film has revision " +
+               std::to_string(film.tile_revision(tile));
+      }
+    }
+    return "";
+  }
 
  private:
   const Nanoseconds until_;
@@ -53,7 +67,14 @@ std::string watch_tiles(const server::TileStream::Parts& parts, const server::Jo
                         Nanoseconds until) {
   Client client(until);
   server::TileStream(parts, job, {}).run(client);
-  return client.fault();
+  if (!client.fault().empty() || !client.has_ended()) {
+    return client.fault();
+  }
+  while (job->run()) {
+    sleep_for(kSecond / 10);
+  }
+  const auto film = parts.jobs.films().film(*job);
+  return film ? client.lacks(**film) : "";
 }
 
 std::string watch_events(const server::JobPointer& job, Nanoseconds until) {

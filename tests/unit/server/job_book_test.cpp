@@ -183,6 +183,27 @@ TEST_F(YieldingJobs, NotForOtherTenantsRanksOrScenes) {
   EXPECT_EQ(yielding({a_, b_, guest}), guest);
 }
 
+TEST_F(YieldingJobs, TheFirstJobOfATenantGetsASlotOfATenantThatHasSeveral) {
+  start(a_);
+  start(b_);
+  start(made_job(3, false, "one"));
+  const JobPointer single = slots_.back()->job();
+  start(made_job(4, false, "two"));  // Twice the limit.
+  const JobPointer other = slots_.back()->job();
+  const JobPointer first = made_job(5, false, "three");
+  book_.enqueue(first, {});
+  EXPECT_EQ(yielding({single, other}), nullptr) << "others have one job each";
+  EXPECT_EQ(yielding({a_, single, other}), a_) << "b has no image yet";
+  book_.keep(*a_);
+  EXPECT_EQ(yielding({a_, b_, single, other}), b_);
+  slots_.erase(slots_.begin() + 1);
+  slots_.push_back(book_.admit());
+  ASSERT_TRUE(slots_.back());
+  EXPECT_EQ(slots_.back()->job(), first);
+  book_.enqueue(job_with_image(6), {});
+  EXPECT_EQ(yielding({a_, single, other, first}), nullptr) << "each has one";
+}
+
 TEST(JobBook, SlotsBeyondTheLimitEndAtTwiceTheLimit) {
   JobBook book(BookLimits{.running_max = 2}, unlimited());
   std::vector<std::shared_ptr<JobBook::Slot>> slots;

@@ -77,7 +77,7 @@ class PictureStream {
       const bool is_final = job_->is_at_rest();
       const auto begin = Clock::now();
       alive = send_if_new(writer, is_final);
-      if (is_final) {
+      if (is_final && !may_come_) {
         writer.write("--\r\n");
         return;
       }
@@ -95,6 +95,7 @@ class PictureStream {
 
   bool send_if_new(StreamWriter& writer, bool is_final) {
     const auto film = jobs_.films().film(*job_);
+    may_come_ = !film && film.error().code == ErrorCode::kUnavailable;
     if (!film || (*film)->revision() == sent_) {
       return true;
     }
@@ -142,6 +143,7 @@ class PictureStream {
   const core::ImageFormat& format_;
   const api::ImageQuery query_;
   std::uint32_t sent_ = 0;
+  bool may_come_ = false;  ///< The film could not be read now; it is asked for again.
 };
 
 Response stream_pictures(const RouteContext& context, const Request& request, const JobPointer& job,

@@ -97,7 +97,9 @@ void TileStream::run(StreamWriter& writer) {
         !(send_new_tiles(writer, **film, is_final) && send_denoised(writer, **film, is_final))) {
       return;
     }
-    if (is_final) {
+    // A film that cannot be read now is asked for again.
+    const bool may_come = !film && film.error().code == core::ErrorCode::kUnavailable;
+    if (is_final && !may_come) {
       const api::JobView view = parts_.jobs.view(*job_);
       writer.write(api::encode_end_frame(film ? (*film)->revision() : view.progress.revision,
                                          static_cast<float>(view.progress.error.relative)));

@@ -70,6 +70,7 @@ Status copy_new_files(const fs::path& from, const fs::path& to) {
 }
 
 /// Films are written in place: a copy taken during a checkpoint is damaged, and is made again.
+/// Errors: kInternal with an empty `where` if that does not help; the copy is as the film is.
 Status copy_film(const JobRecord& record, const std::string& from, const std::string& to) {
   Status whole = core::ok_status();
   for (int i = 0; i < kTries; ++i) {
@@ -84,7 +85,7 @@ Status copy_film(const JobRecord& record, const std::string& from, const std::st
     if (restored) {
       return core::ok_status();
     }
-    whole = restored.error();
+    whole = Error{restored.error().code, restored.error().message, ""};
   }
   return whole;
 }
@@ -109,7 +110,11 @@ core::Result<BackedUp> copy_films(JobTable& jobs, const std::string& from, const
       const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);
       const bool is_gone = !done && done.error().code == ErrorCode::kNotFound;
       if (!done && !is_gone) {
-        return done.error();
+        if (!done.error().where.empty()) {
+          return done.error();
+        }
+        copied.damages.push_back("job " + row.id + ": " + done.error().message +
+                                 "; it was copied as it is");
       }
       copied.films += is_gone ? 0 : 1;
       if (is_gone && record->film == FilmPlace::kOnDisk) {
@@ -204,6 +209,9 @@ int backup_command(const std::vector<std::string>& args) {
     const auto copied = back_up(*from, to);
     if (!copied) {
       return flags::complain("tessera backup", copied.error(), flags::kFailed);
+    }
+    for (const std::string& damage : copied->damages) {
+      std::fprintf(stderr, "tessera backup: %s\n", damage.c_str());
     }
     std::printf("%d jobs, %d films copied to %s\n", copied->jobs, copied->films, to.c_str());
     return flags::kDone;

@@ -11,6 +11,7 @@ namespace server {
 struct BackedUp {
   int jobs = 0;
   int films = 0;
+  std::vector<std::string> damages = {};  ///< of films, which are copied nevertheless
 };
 /// Copies the data directory `from` to `to`, which must be empty or not exist.
 core::Result<BackedUp> back_up(const std::string& from, const std::string& to);

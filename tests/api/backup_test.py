@@ -87,6 +87,27 @@ class Backup(ApiTest):
         self.assertEqual(broken.returncode, 1, broken)
         self.assertEqual(len(json.loads(broken.stdout)["damages"]), 1, broken)
 
+    def test_damaged_film_is_named_and_copied_like_the_others(self):
+        damaged = self.server.render(job_body())["id"]
+        whole = self.server.render(job_body(samples=4))["id"]
+        film = f"films/{damaged}.film"
+        with open(f"{self.server.data}/{film}", "r+b") as file:
+            size = os.path.getsize(file.name)
+            for at in range(size - 2048, size, 64):  # of its last tile
+                file.seek(at)
+                byte = file.read(1)[0]
+                file.seek(at)
+                file.write(bytes([byte ^ 1]))
+        with tempfile.TemporaryDirectory() as folder:
+            code, said, complaints = tessera("backup", "--data", self.server.data, "--to", folder)
+            self.assertEqual(code, 0, said + complaints)
+            self.assertIn(damaged, complaints)
+            self.assertNotIn(whole, complaints)
+            with open(f"{folder}/{film}", "rb") as copy, \
+                    open(f"{self.server.data}/{film}", "rb") as own:
+                self.assertEqual(copy.read(), own.read())
+            self.assertTrue(os.path.exists(f"{folder}/films/{whole}.film"))
+
     def test_refuses_a_directory_that_is_not_empty(self):
         code, _, said = tessera("backup", "--data", self.server.data, "--to", self.server.data)
         self.assertEqual(code, 1)

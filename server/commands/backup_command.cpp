@@ -70,12 +70,13 @@ Status copy_new_files(const fs::path& from, const fs::path& to) {
 }
 
 /// Films are written in place: a copy taken during a checkpoint is damaged, and is made again.
-/// Errors: kInternal with an empty `where` if that does not help; the copy is as the film is.
-Status copy_film(const JobRecord& record, const std::string& from, const std::string& to) {
-  Status whole = core::ok_status();
+/// Returns its damage if that does not help: the copy is as the film is; empty: it is whole.
+core::Result<std::string> copy_film(const JobRecord& record, const std::string& from,
+                                    const std::string& to) {
+  std::string damage;
   for (int i = 0; i < kTries; ++i) {
     if (const Status copied = copy_file(from, to); !copied) {
-      return copied;
+      return copied.error();
     }
     auto file = FilmFile::open(to);
     if (!file) {
@@ -83,11 +84,11 @@ Status copy_film(const JobRecord& record, const std::string& from, const std::st
     }
     const auto restored = file->restore(*blank_film(record.view));
     if (restored) {
-      return core::ok_status();
+      return std::string();
     }
-    whole = Error{restored.error().code, restored.error().message, ""};
+    damage = restored.error().message;
   }
-  return whole;
+  return damage;
 }
 
 core::Result<BackedUp> copy_films(JobTable& jobs, const std::string& from, const DataDir& to) {
@@ -107,14 +108,13 @@ core::Result<BackedUp> copy_films(JobTable& jobs, const std::string& from, const
         continue;  // The verb `check` reports unreadable records.
       }
       const std::string path = to.film_path(row.id);
-      const Status done = copy_film(*record, from + "/films/" + row.id + ".film", path);
-      const bool is_gone = !done && done.error().code == ErrorCode::kNotFound;
-      if (!done && !is_gone) {
-        if (!done.error().where.empty()) {
-          return done.error();
-        }
-        copied.damages.push_back("job " + row.id + ": " + done.error().message +
-                                 "; it was copied as it is");
+      const auto damage = copy_film(*record, from + "/films/" + row.id + ".film", path);
+      const bool is_gone = !damage && damage.error().code == ErrorCode::kNotFound;
+      if (!damage && !is_gone) {
+        return damage.error();
+      }
+      if (damage && !damage->empty()) {
+        copied.damages.push_back("job " + row.id + ": " + *damage + "; it was copied as it is");
       }
       copied.films += is_gone ? 0 : 1;
       if (is_gone && record->film == FilmPlace::kOnDisk) {

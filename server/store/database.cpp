@@ -31,7 +31,7 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && is_full(number))) {
     return Error{ErrorCode::kNoSpace, "the disk is full", path};
   }
-  if (primary == SQLITE_CORRUPT && number == EIO) {  // as SQLite calls it
+  if (primary == SQLITE_CORRUPT && number == EIO) {  // SQLite takes a failed read for damage.
     return Error{ErrorCode::kInternal, "database error: the disk could not read it", path};
   }
   std::string words = "database error: " + message;

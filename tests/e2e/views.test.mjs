@@ -219,8 +219,8 @@ test('the list of renders can be filtered and opens each of them', { timeout: 30
 
 let made = null;
 /**
- * More renders than the page loads at first, the newest 40: 85 of hay, before them a red, a blue, an
- * old and a wide one, after them a wider one. Rendered once for all tests.
+ * More renders than the page loads at first, the newest 40: 85 of hay, before them a red, a blue,
+ * an old and a wide one, after them a wider one. Rendered once for all tests.
  */
 const crowd = () =>
   (made ??= (async () => {

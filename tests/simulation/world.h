@@ -38,15 +38,13 @@ class World {
         requests_(server_, ledger, [this](const std::string& words) { fail(words); }) {}
 
   [[noreturn]] void end(Ending ending) {
-    if (const std::string faults = fault_counts(); !faults.empty()) {
-      ledger_.note(0, "faults " + faults);
-    }
+    note_faults();
     ledger_.note(0, "end " + std::to_string(static_cast<int>(ending)) + " operations " +
                         std::to_string(disk_operations()));
     ::_exit(static_cast<int>(ending));
   }
   [[noreturn]] void fail(const std::string& words) {
-    ledger_.note(0, "faults " + fault_counts());
+    note_faults();
     ledger_.note(0, "VIOLATION " + words);
     ::_exit(static_cast<int>(Ending::kViolation));
   }
@@ -56,6 +54,11 @@ class World {
   [[noreturn]] void render_all();
 
  private:
+  void note_faults() {
+    if (const std::string faults = fault_counts(); !faults.empty()) {
+      ledger_.note(0, "faults " + faults);
+    }
+  }
   void play_tenant(int tenant);
   void act(int tenant, Random& random);
   api::ParsedJob parsed(int kind, int samples, int retention_seconds = 0) {

@@ -5,6 +5,7 @@ import re
 import resource
 import select
 import socket
+import statistics
 import time
 
 from harness import PATIENCE_S, ApiTest, EventStream, job_body
@@ -37,10 +38,13 @@ class UnreadTiles(MemoryTest):
                     plug.sendall(head)
                     self.assertTrue(plug.recv(4096))
 
-            open_streams(8)  # Afterwards all tiles are encoded.
-            before = self.resident_bytes()
-            open_streams(160)
-            self.assertLess(self.resident_bytes() - before, 1.5 * 160 * 65536)
+            costs = []
+            for _ in range(7):
+                before = self.resident_bytes()
+                open_streams(32)
+                costs.append((self.resident_bytes() - before) / 32)
+            # Tiles are encoded once for all clients: a group that pays for some is no median.
+            self.assertLess(statistics.median(costs), 1.5 * 65536, costs)
 
 
 class StreamMemory(MemoryTest):

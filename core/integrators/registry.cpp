@@ -78,6 +78,18 @@ constexpr std::array kIntegrators = {
                           settings.estimator.splitting = SplittingType::kMeasured;
                         }},
     IntegratorEntry{
+        .name = "path-caustics",
+        .summary = "Path tracing, and photons of caustics: of light that smooth surfaces alone "
+                   "bring to others, weighted by MIS. For glass, water, mirrors and jewels beside "
+                   "other light.",
+        .bias = "consistent",
+        .error = ErrorValidity::kByComparison,
+        .make = &make_bdpt,
+        .accepts = kMergingOptions,
+        .disperses = false,
+        .prepass_bytes = &merged_photon_bytes,
+        .compared_with = "bdpt"},
+    IntegratorEntry{
         .name = "direct",
         .summary = "Emitted and direct light only: the path tracer's image at max_depth 1.",
         .bias = "none",

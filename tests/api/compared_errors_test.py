@@ -4,7 +4,7 @@ import unittest
 
 from harness import ApiTest, Server, job_body
 
-BIASED = ("sppm", "vcm", "photon-map", "irradiance-cache")
+BIASED = ("path-caustics", "sppm", "vcm", "photon-map", "irradiance-cache")
 
 
 def body(integrator, samples=8, **members):

@@ -35,6 +35,7 @@ KINDS = [
     kind({"type": "light-trace"}, 96),
     kind({"type": "sppm", "photons": 2048}, 64),
     kind({"type": "vcm", "photons": 2048}, 32),
+    kind({"type": "path-caustics", "photons": 2048}, 64),
     kind({"type": "photon-map", "photons": 2048}, 48),
     kind({"type": "irradiance-cache", "rays": 32, "records": 256}, 1024),
     kind({"type": "path"}, 192, spectral=True),

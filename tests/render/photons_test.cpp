@@ -149,7 +149,34 @@ TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
     scene.meshes[0].primitives.push_back(test_support::quad(
         {-0.95F, 0.45F + 0.05F * side, 0.55F * side}, {2, 0, 0}, {0, 0, -1.1F * side}, 2));
   }
-  expect_published_blur(floor_view(std::move(scene), "vcm", 6), 64);
+  core::View view = floor_view(std::move(scene), "vcm", 6);
+  expect_published_blur(view, 64);
+  view.settings.integrator = "path-caustics";
+  expect_published_blur(view, 64);
+}
+
+// A lamp lights a white ceiling, and that a glass ball: paths find all light, and what the ball
+// bends is no caustic, for it has come from the lamp over a diffuse surface.
+TEST(Merging, CausticsBeginAtLightsAndNotAtDiffuseSurfaces) {
+  core::MaterialDescription glass;
+  glass.metallic = 0;
+  glass.roughness = 0;
+  glass.transmission = 1;
+  glass.thickness = 1;
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(12))},
+          {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
+           test_support::quad({-1, 2.5F, -1}, {2, 0, 0}, {0, 0, 2}, 0),
+           test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
+           test_support::quad({-0.5F, 1.8F, 0.5F}, {1, 0, 0}, {0, 0, -1}, 2)})),
+      24, 24);
+  test_support::look_at(view, {0, 1.2F, 2}, {0, 0.2F, 0}, 40);
+  view.settings.max_depth = 8;
+  const auto mean = static_cast<double>(test_support::render(view, 512).mean().g);
+  view.settings.photons.radius_m = 0.04F;
+  view.settings.integrator = "path-caustics";
+  EXPECT_NEAR(static_cast<double>(test_support::render(view, 128).mean().g), mean, 0.01 * mean);
 }
 
 // The published rate: after N passes bias ~ N^(alpha - 1) and variance ~ N^-alpha. Source: Knaus
@@ -333,8 +360,12 @@ struct Mode {
   const char* integrator;
   int final_gather;
 };
-constexpr std::array<Mode, 5> kModes = {
-    {{"sppm", 1}, {"vcm", 1}, {"photon-map", 0}, {"photon-map", 1}, {"photon-map", 3}}};
+constexpr std::array<Mode, 6> kModes = {{{"sppm", 1},
+                                         {"vcm", 1},
+                                         {"path-caustics", 1},
+                                         {"photon-map", 0},
+                                         {"photon-map", 1},
+                                         {"photon-map", 3}}};
 
 // Truth 1: L = L_e / (1 - rho) = 1, and 1 - rho^(k + 1) at depth k.
 TEST(PhotonMapping, ClosedSphereHasRadianceOne) {

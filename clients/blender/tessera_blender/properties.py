@@ -13,6 +13,7 @@ _LAYERS = [(each.layer, each.name, each.summary) for each in passes.PASSES] + [
 ]
 _INTEGRATORS = [
     ("path", "Path", "Path tracing: most scenes"),
+    ("path-caustics", "Path and caustics", "Path tracing, with photons for caustics"),
     ("auto", "Automatic", "Short trials select the integrator"),
     ("bdpt", "Bidirectional", "Bidirectional path tracing: indirect light"),
     ("mlt", "Metropolis", "Metropolis light transport: light through small openings"),

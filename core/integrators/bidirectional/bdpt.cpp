@@ -123,7 +123,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
     path.beta = vertex.beta;
     scatter_within(path, *vertex.medium, vertex.origin(), {u.y, u.z});
     const auto phase = static_cast<double>(path.last.pdf_bsdf);
-    path.sums = BdptWeights::after_scattering(here, 1, phase, phase, mode);
+    path.sums = weights_.after_scattering(here, 1, phase, phase, mode);
     path.last_extinction = vertex.extinction;
     path.flight_depth = {};
     return !is_black(path.beta);
@@ -136,7 +136,7 @@ bool BidirectionalPathTracer::extend(Subpath& path, const Vertex& vertex,
   if (!next.is_null) {
     const auto cosine = static_cast<double>(vertex.cosine(next.wi_world));
     path.sums = next.is_delta ? BdptWeights::after_delta(here, cosine)
-                              : BdptWeights::after_scattering(
+                              : weights_.after_scattering(
                                     here, cosine, static_cast<double>(next.pdf_solid_angle),
                                     static_cast<double>(next.pdf_reverse), mode);
     path.beta = vertex.beta;
@@ -182,6 +182,9 @@ void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& stra
     const int depth = path.depth;
     if (!extend(path, vertex, TransportMode::kImportance) || path.scatterings() > max_depth_ ||
         !strategies.has_light_vertices(path.bounces() + 2)) {
+      return;
+    }
+    if (!weights_.connects() && path.bounces() > 0 && !path.arrives_sharply()) {
       return;
     }
     if (!strategies.only && !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
@@ -313,8 +316,8 @@ void BidirectionalPathTracer::add_background(CameraSubpath& path) const noexcept
     found.weight = static_cast<float>(weights_.background(path));
     // Light subpaths start with the unfiltered radiance. All strategies that share a path need the
     // same one; only behind mirrors and clear glass is there no other strategy.
-    const bool is_shared = path.sums.vc > 0;
-    found.value = (is_shared ? environment_->radiance(direction) : found.value) * found.weight;
+    found.value =
+        (path.is_shared() ? environment_->radiance(direction) : found.value) * found.weight;
   }
   found.value = arriving * found.value;
   credit(path, found, {path.bounces(), kEnvironmentGroup, {0, path.bounces() + 2}});
@@ -326,7 +329,7 @@ void BidirectionalPathTracer::add_emission(CameraSubpath& path,
   const PathVertex& met = vertex.surface;
   const Material& material = vertex.scattering->at.material;
   // As for the background, all strategies that share a path need the same radiance.
-  const bool is_filtered = material.factors.unlit && !(path.sums.vc > 0);
+  const bool is_filtered = material.factors.unlit && !path.is_shared();
   const Rgb radiance = is_filtered
                            ? unlit_color(material, met.point, met.wo_world, path.footprint())
                            : emitted(material, met.point, met.wo_world);
@@ -416,7 +419,7 @@ void BidirectionalPathTracer::add_photons(CameraSubpath& path,
     if (is_black(f.value_cos) || is_page) {
       return;
     }
-    const auto weight = static_cast<float>(BdptWeights::merging(vertex.sums, photon.sums, f));
+    const auto weight = static_cast<float>(weights_.merging(vertex.sums, photon.sums, f));
     sum += f.value_cos * photon.beta * (weight / std::max(vertex.cosine(wi), kCosLeast));
   });
   const auto over = static_cast<float>(1 / merging_.in_disk(path.photons->radius_m));
@@ -520,10 +523,12 @@ PathSample BidirectionalPathTracer::trace_pair(const Camera::CameraRay& camera_r
   const double merged = photons != nullptr ? squared(merging_.in_disk(photons->radius_m)) : 0;
   VertexMemory memory;
   KeptVertices light{memory.vertices()};
-  Subpath light_path{start_path(sampler.branch(1, 2), rays)};
-  begin(light_path, sampler);
-  light_path.merged = merged;
-  follow_light(light_path, {}, light);
+  if (weights_.connects()) {
+    Subpath light_path{start_path(sampler.branch(1, 2), rays)};
+    begin(light_path, sampler);
+    light_path.merged = merged;
+    follow_light(light_path, {}, light);
+  }
 
   CameraSubpath path{{start_path(scene_, camera_ray, sampler, rays)}, {}, shares};
   begin(path, sampler);

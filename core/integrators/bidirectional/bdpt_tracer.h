@@ -8,6 +8,9 @@
 /// theirs, as one more strategy for each vertex. Disks shrink from sample to sample as those of
 /// sppm do.
 ///
+/// path-caustics: camera subpaths alone, with light samples, which merge with photons that came by
+/// sharp scattering only: light that such subpaths find badly or, of points, never.
+///
 /// Vertices lie on surfaces and in media. Both subpaths sample distances in scattering media, and
 /// connections are multiplied by the transmittance of media.
 ///

@@ -50,6 +50,9 @@ struct Subpath : PathState {
     const auto pdf = static_cast<double>(last.pdf_bsdf);
     return bounces() > 0 && (pdf == 0 || is_sharp_density(pdf));
   }
+  /// Returns whether other strategies make the path that meets a light at the end of the current
+  /// segment of a camera subpath.
+  bool is_shared() const noexcept { return bounces() > 0 && (sums.vcm > 0 || sums.vc > 0); }
   /// Returns the factor of the light of a whole path.
   Rgb color(bool is_dispersed) const noexcept { return is_dispersed ? wavelength_color : Rgb(1); }
 };

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "core/settings/registry.h"
+
 namespace core {
 namespace {
 
@@ -10,16 +12,6 @@ namespace {
 double density(const EmissionPdf& pdf) noexcept {
   return static_cast<double>(pdf.prob_light) * static_cast<double>(pdf.pdf_area) *
          static_cast<double>(pdf.pdf_solid_angle);
-}
-
-/// Sum over all strategies that sample more vertices from the other side, beyond this one. reverse:
-/// solid-angle density, at the vertex, of the direction back along the subpath.
-double beyond(const PartialSums& sums, double reverse) noexcept {
-  const double vc = is_sharp_density(reverse) ? sums.vc + sums.merged_before : sums.vc;
-  return sums.vcm + vc * squared(reverse);
-}
-double beyond(const PartialSums& sums, float reverse) noexcept {
-  return beyond(sums, static_cast<double>(reverse));
 }
 
 }  // namespace
@@ -33,18 +25,29 @@ BdptWeights::BdptWeights(const IntegratorInput& input, const LightSampler& light
       emission_(emission),
       light_paths_(static_cast<double>(input.settings.film.width) * input.settings.film.height),
       has_media_(input.scene.has_scattering ||
-                 (input.settings.fog && max_component(input.settings.fog->scattering) > 0)) {}
+                 (input.settings.fog && max_component(input.settings.fog->scattering) > 0)),
+      connects_(integrator_splats(input.settings)) {}
+
+double BdptWeights::beyond(const PartialSums& sums, double reverse,
+                           TransportMode mode) const noexcept {
+  const bool is_light = mode == TransportMode::kImportance;
+  // Light passes a camera subpath in the reverse direction.
+  const bool is_sharp = is_light || is_sharp_density(reverse);
+  const double vc = connects_ || is_sharp ? sums.vc : 0;
+  return (connects_ || is_light ? sums.vcm : 0) +
+         (vc + (is_sharp ? sums.merged_before : 0)) * squared(reverse);
+}
 
 PartialSums BdptWeights::from_camera(const Ray& ray) const noexcept {
   return {squared(light_paths_ / camera_density(camera_.importance(ray.origin, ray.direction))), 0};
 }
 
 PartialSums BdptWeights::after_scattering(const PartialSums& here, double cosine, double forward,
-                                          double reverse, TransportMode mode) noexcept {
+                                          double reverse, TransportMode mode) const noexcept {
   const double back = squared(cosine / forward);
   const bool is_light = mode == TransportMode::kImportance;
-  return {squared(1 / forward), back * (beyond(here, reverse) + (is_light ? here.merged : 0)), 0,
-          is_light ? 0 : back * here.merged};
+  return {squared(1 / forward), back * (beyond(here, reverse, mode) + (is_light ? here.merged : 0)),
+          0, is_light ? 0 : back * here.merged};
 }
 
 PartialSums BdptWeights::after_flight(const Subpath& path, Rgb extinction) const noexcept {
@@ -90,6 +93,7 @@ PartialSums BdptWeights::at_light_vertex(const Subpath& path, const EmissionSamp
   if (path.bounces() > 0) {
     PartialSums sums = after_segment(path, vertex);
     sums.merged = path.arrives_sharply() && vertex.can_merge() ? path.merged : 0;
+    sums.vcm = connects_ ? sums.vcm : 0;
     return sums;
   }
   const Vec3 d = path.last.origin - vertex.origin();
@@ -165,7 +169,7 @@ double BdptWeights::light_sample(const Vertex& vertex, const LightSample& light,
           : squared(static_cast<double>(f.pdf_solid_angle) * flight(flight_depth, Rgb(1)) / pdf);
   const double others =
       by_bsdf + squared(emitted * static_cast<double>(vertex.cosine(light.wi_world)) / direct) *
-                    beyond(vertex.sums, f.pdf_reverse);
+                    beyond(vertex.sums, f.pdf_reverse, TransportMode::kRadiance);
   return 1 / (1 + others);
 }
 
@@ -176,7 +180,9 @@ double BdptWeights::splat(const Vertex& vertex, const Camera::ImportanceSample& 
   const double from_there = camera_density(to.importance) * geometry *
                             flight(flight_depth, vertex.extinction) *
                             static_cast<double>(vertex.cosine(to.wi_world)) / light_paths_;
-  return 1 / (1 + squared(from_there) * (beyond(vertex.sums, f.pdf_reverse) + vertex.sums.merged));
+  const double others =
+      beyond(vertex.sums, f.pdf_reverse, TransportMode::kImportance) + vertex.sums.merged;
+  return 1 / (1 + squared(from_there) * others);
 }
 
 double BdptWeights::connection(const Vertex& from_camera, const Vertex& from_light, Vec3 wi_world,
@@ -189,17 +195,19 @@ double BdptWeights::connection(const Vertex& from_camera, const Vertex& from_lig
                    flight(flight_depth, at.extinction));
   };
   const bool would_merge = is_sharp_density(static_cast<double>(g.pdf_solid_angle));
-  const double others =
-      reached(f.pdf_solid_angle, from_light) *
-          (beyond(from_light.sums, g.pdf_reverse) + from_light.sums.merged) +
-      reached(g.pdf_solid_angle, from_camera) *
-          (beyond(from_camera.sums, f.pdf_reverse) + (would_merge ? from_camera.sums.merged : 0));
+  const double others = reached(f.pdf_solid_angle, from_light) *
+                            (beyond(from_light.sums, g.pdf_reverse, TransportMode::kImportance) +
+                             from_light.sums.merged) +
+                        reached(g.pdf_solid_angle, from_camera) *
+                            (beyond(from_camera.sums, f.pdf_reverse, TransportMode::kRadiance) +
+                             (would_merge ? from_camera.sums.merged : 0));
   return 1 / (1 + others);
 }
 
 double BdptWeights::merging(const PartialSums& from_camera, const PartialSums& from_light,
-                            const ScatterEval& f) noexcept {
-  const double others = beyond(from_camera, f.pdf_reverse) + beyond(from_light, f.pdf_solid_angle);
+                            const ScatterEval& f) const noexcept {
+  const double others = beyond(from_camera, f.pdf_reverse, TransportMode::kRadiance) +
+                        beyond(from_light, f.pdf_solid_angle, TransportMode::kImportance);
   return 1 / (1 + others / from_camera.merged);
 }
 

@@ -5,6 +5,10 @@
 /// function of the path alone: Russian roulette and the random choice of null scattering are left
 /// out, and the density of free flight is flight_density(), not that of the chosen channel.
 ///
+/// path-caustics leaves out connections and splats. The vcm of a vertex then belongs to the light
+/// sample that could have found the emitter, and ends there; and all scattering between the light
+/// and a merge is sharp, which light subpaths know and camera subpaths learn on the way.
+///
 /// Densities are per area at surfaces and per volume in media: that of direction and distance over
 /// the squared distance, times the cosine at a surface.
 ///
@@ -29,6 +33,8 @@ class BdptWeights {
               const EmissionSampler& emission);
 
   bool has_media() const noexcept { return has_media_; }  ///< scattering media
+  /// Returns whether subpaths are connected, to each other and to the camera.
+  bool connects() const noexcept { return connects_; }
 
   /// Sums of a subpath that starts at the camera.
   PartialSums from_camera(const Ray& ray) const noexcept;
@@ -40,8 +46,8 @@ class BdptWeights {
   /// Sums of a subpath that continues from a vertex with these sums. cosine: between the new
   /// direction and the normal there. forward: solid-angle density of the new direction; reverse: of
   /// the old one, given the new one.
-  static PartialSums after_scattering(const PartialSums& here, double cosine, double forward,
-                                      double reverse, TransportMode mode) noexcept;
+  PartialSums after_scattering(const PartialSums& here, double cosine, double forward,
+                               double reverse, TransportMode mode) const noexcept;
   /// The same for a delta direction.
   static PartialSums after_delta(const PartialSums& here, double cosine) noexcept {
     return {0, (here.vc + here.merged_before) * squared(cosine)};
@@ -65,10 +71,17 @@ class BdptWeights {
                     const ScatterEval& f, const ScatterEval& g, Rgb flight_depth) const noexcept;
   /// Both subpaths end at the same vertex. f: scattering there, towards the light subpath's last
   /// segment. Pre: from_camera.merged > 0.
-  static double merging(const PartialSums& from_camera, const PartialSums& from_light,
-                        const ScatterEval& f) noexcept;
+  double merging(const PartialSums& from_camera, const PartialSums& from_light,
+                 const ScatterEval& f) const noexcept;
 
  private:
+  /// Sum over all strategies that sample more vertices from the other side, beyond this one.
+  /// reverse: solid-angle density, at the vertex, of the direction back along the subpath; of
+  /// scattering towards the camera if `mode` is kImportance.
+  double beyond(const PartialSums& sums, double reverse, TransportMode mode) const noexcept;
+  double beyond(const PartialSums& sums, float reverse, TransportMode mode) const noexcept {
+    return beyond(sums, static_cast<double>(reverse), mode);
+  }
   double flight(Rgb depth, Rgb extinction) const noexcept {
     return has_media_ ? flight_density(depth, extinction) : 1.0;
   }
@@ -87,6 +100,7 @@ class BdptWeights {
   const EmissionSampler& emission_;
   double light_paths_;  ///< one for each pixel of the full film
   bool has_media_;
+  bool connects_;
 };
 
 }  // namespace core

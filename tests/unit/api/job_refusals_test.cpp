@@ -146,8 +146,9 @@ TEST(CheckOptions, RefusesOptionsThatTheIntegratorDoesNotUse) {
       parsed.problem().errors,
       (std::vector<api::FieldError>{
           {"/integrator/max_depth",
-           "is not supported by integrator 'direct', but by 'path', 'light-trace', 'bdpt', 'mlt', "
-           "'photon-map', 'sppm', 'vcm', 'irradiance-cache', 'auto'"},
+           "is not supported by integrator 'direct', but by 'path', 'path-caustics', "
+           "'light-trace', "
+           "'bdpt', 'mlt', 'photon-map', 'sppm', 'vcm', 'irradiance-cache', 'auto'"},
           {"/estimator/strategy", "is not supported by integrator 'direct', but by 'path'"}}));
 }
 

@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/offset_ray.h"
+#include "core/settings/registry.h"
 #include "core/transport/intersect.h"
 #include "core/transport/surface_event.h"
 #include "core/transport/visibility.h"
@@ -49,6 +50,9 @@ enum class Fault {
   kOtherDisk
 };
 
+/// The point, which is also in the panel.
+constexpr Vec3 kLamp = {0.3F, 2, 0.2F};
+
 std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   core::MaterialDescription floor;
   floor.metallic = 0;
@@ -63,7 +67,7 @@ std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
   }
   if (lamp == Lamp::kPoint || lamp == Lamp::kAll) {
     core::PunctualLightDescription point;
-    point.to_world = core::translation({0.3F, 2, 0.2F});
+    point.to_world = core::translation(kLamp);
     scene.lights.push_back(point);
   }
   if (lamp == Lamp::kAll) {
@@ -77,8 +81,8 @@ std::shared_ptr<const core::Scene> scene_with(Lamp lamp) {
 }
 
 /// is_sharp: fog scatters so narrowly that light merges after it.
-core::RenderSettings settings_with(Lamp lamp, bool is_sharp) {
-  core::RenderSettings settings;
+core::RenderSettings settings_with(Lamp lamp, bool is_sharp, const char* integrator) {
+  core::RenderSettings settings = core::default_settings(integrator);
   settings.film.width = settings.film.height = 16;
   if (lamp == Lamp::kAll) {
     return settings;
@@ -107,14 +111,15 @@ struct Target {
 /// One path and the input of its subpaths.
 class Paths {
  public:
-  /// merged: PartialSums::merged; 0: bdpt.
-  Paths(Lamp lamp, bool is_orthographic, Fault fault, double merged = 0)
+  /// merged: PartialSums::merged; 0: none.
+  Paths(Lamp lamp, bool is_orthographic, Fault fault, double merged = 0,
+        const char* integrator = "bdpt")
       : fault_(fault),
         merged_(merged),
         scene_(scene_with(lamp)),
         sky_(lamp == Lamp::kSky || lamp == Lamp::kAll ? test_support::constant_sky({1, 2, 3})
                                                       : nullptr),
-        settings_(settings_with(lamp, merged > 0)),
+        settings_(settings_with(lamp, merged > 0, integrator)),
         fog_(settings_.fog.value_or(core::FogSettings{}), data().center, data().radius_m),
         camera_(camera_of(is_orthographic)),
         lights_(data(), sky_.get(), core::LightPick::kTree),
@@ -140,15 +145,20 @@ class Paths {
       return {};
     }
     double sum = found(from_camera) + light_sample();
-    const auto to = camera_.sample_wi(light_side_.back().origin(), {0.5F, 0.5F});
-    const Vertex& last = light_side_.back();
-    sum += weights_.splat(last, to, last.evaluate(to.wi_world, TransportMode::kImportance),
-                          flight_depth(last.origin(), to.wi_world, to.distance_m));
+    if (weights_.connects()) {
+      const auto to = camera_.sample_wi(light_side_.back().origin(), {0.5F, 0.5F});
+      const Vertex& last = light_side_.back();
+      sum += weights_.splat(last, to, last.evaluate(to.wi_world, TransportMode::kImportance),
+                            flight_depth(last.origin(), to.wi_world, to.distance_m));
+    }
     auto from_light = light_side_.rbegin();
     for (const Vertex& vertex : camera_side_) {
       sum += merging(vertex, *from_light);
       if (++from_light == light_side_.rend()) {
         break;
+      }
+      if (!weights_.connects()) {
+        continue;
       }
       const Vec3 d = from_light->origin() - vertex.origin();
       const Vec3 wi = normalize(d);
@@ -161,7 +171,7 @@ class Paths {
   }
 
  private:
-  /// Whether light arrives sharply at a vertex of the light subpath.
+  /// Returns whether light arrives sharply at a vertex of the light subpath.
   bool merges(const Vertex& at) const { return sharp_.contains(&at) && at.can_merge(); }
   double merging(const Vertex& from_camera, const Vertex& from_light) const {
     if (!(merged_ > 0) || !merges(from_light)) {
@@ -169,9 +179,8 @@ class Paths {
     }
     PartialSums sums = from_camera.sums;
     sums.merged = merged_;
-    return core::BdptWeights::merging(
-        sums, from_light.sums,
-        from_camera.evaluate(from_light.wo_world(), TransportMode::kRadiance));
+    return weights_.merging(sums, from_light.sums,
+                            from_camera.evaluate(from_light.wo_world(), TransportMode::kRadiance));
   }
   const core::SceneData& data() const { return scene_->data(); }
   /// The light at which the path starts.
@@ -216,7 +225,7 @@ class Paths {
     core::ScatterEval f = vertex.evaluate(direction, mode);
     is_possible_ &= f.pdf_solid_angle > 0 && f.pdf_reverse > 0;
     f.pdf_reverse *= fault_ == Fault::kReverse ? 1.02F : 1.0F;
-    path.sums = core::BdptWeights::after_scattering(
+    path.sums = weights_.after_scattering(
         vertex.sums, static_cast<double>(vertex.cosine(direction)),
         static_cast<double>(f.pdf_solid_angle), static_cast<double>(f.pdf_reverse), mode);
     path.last = {f.pdf_solid_angle, vertex.origin(), vertex.light_normal(), 1};
@@ -265,15 +274,18 @@ class Paths {
     path.ray.origin = path.last.origin = light.ray.origin;
     path.ray.direction = -to_light(first);
     light.pdf = emission_.pdf(light.light, path.ray.direction);
+    bool is_ended = false;
     for (std::size_t i = targets_.size(); is_possible_ && i-- > 0;) {
       Vertex& vertex = reach(light_side_, path, targets_[i]);
       if (fault_ == Fault::kNoExtinction) {
         vertex.extinction = Rgb(1);
       }
       vertex.sums = weights_.at_light_vertex(path, light, vertex);
-      if (path.arrives_sharply()) {
+      if (path.arrives_sharply() && !is_ended) {
         sharp_.insert(&vertex);
       }
+      // Without connections, light subpaths end where they have not scattered sharply.
+      is_ended |= !weights_.connects() && path.bounces() > 0 && !path.arrives_sharply();
       if (i > 0) {
         leave(path, vertex, normalize(targets_[i - 1].at - vertex.origin()),
               TransportMode::kImportance);
@@ -346,7 +358,8 @@ class Paths {
 };
 
 /// The largest distance from 1 of the sums of many paths with vertices of these kinds: 'f' in fog,
-/// 's' on the floor, 'g' on the glass, '-' in fog, just above the line between its neighbours.
+/// 's' on the floor, 'g' on the glass, '-' in fog, just above the line between its neighbours, '^'
+/// likewise between the one before and the lamp.
 double worst(Paths& paths, const std::string& kinds) {
   Random random(7);
   double most = 0;
@@ -358,6 +371,12 @@ double worst(Paths& paths, const std::string& kinds) {
       const float z = 2 * random.uniform() - 1;
       const float y = kind == 's' ? 0 : kind == 'g' ? 1 : 0.2F + 1.5F * random.uniform();
       targets.push_back({{x, y, z}, kind == 's' || kind == 'g'});
+    }
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      if (kinds[k] == '^') {
+        targets[k].at = (targets[k - 1].at + kLamp) * 0.5F;
+        targets[k].at.y += 0.02F + 0.1F * random.uniform();
+      }
     }
     for (std::size_t k = 0; k < kinds.size(); ++k) {
       if (kinds[k] == '-') {
@@ -421,12 +440,33 @@ TEST(BdptWeights, AddUpToOneWithMerging) {
   }
 }
 
+// Light comes to all vertices sharply, to some, or to none.
+constexpr std::array kCausticKinds = {"s", "s^", "s^s", "fs-s^", "s-s", "s-s-s^", "s-sfs-s"};
+
+TEST(BdptWeights, AddUpToOneWithCausticsAlone) {
+  for (const double merged : kMerged) {
+    for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
+      for (const bool is_orthographic : {false, true}) {
+        Paths paths(lamp, is_orthographic, Fault::kNone, merged, "path-caustics");
+        for (const char* kinds : kCausticKinds) {
+          EXPECT_LT(worst(paths, kinds), kRounding) << kinds << ", lamp " << static_cast<int>(lamp)
+                                                    << ", " << is_orthographic << ", " << merged;
+        }
+      }
+    }
+  }
+}
+
 TEST(BdptWeights, DetectsAChainThatIsCountedTwiceAndADiskOfAnotherSize) {
   for (const Fault fault : {Fault::kMergedTwice, Fault::kOtherDisk}) {
-    Paths paths(Lamp::kPanel, false, fault, 1e6);
+    Paths all(Lamp::kPanel, false, fault, 1e6, "vcm");
     for (const char* kinds : kMergingKinds) {
-      EXPECT_GT(worst(paths, kinds), kRounding) << kinds << ", " << static_cast<int>(fault);
+      EXPECT_GT(worst(all, kinds), kRounding) << kinds << ", " << static_cast<int>(fault);
     }
+  }
+  Paths caustics(Lamp::kPoint, false, Fault::kMergedTwice, 1e6, "path-caustics");
+  for (const char* kinds : {"s^", "s-s^", "sfs^"}) {
+    EXPECT_GT(worst(caustics, kinds), kRounding) << kinds;
   }
 }
 

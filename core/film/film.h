@@ -226,8 +226,9 @@ class Film {
   /// For loading a film only: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
 
+  enum class Parts : std::uint8_t { kAll, kLight };  ///< kLight: `pixels` and `shares` alone
   /// Pre: rect lies inside crop().
-  FilmSnapshot snapshot(PixelRect rect) const;
+  FilmSnapshot snapshot(PixelRect rect, Parts parts = Parts::kAll) const;
   FilmSnapshot snapshot() const { return snapshot(crop_); }
 
   std::uint64_t rejected_samples() const;
@@ -300,11 +301,16 @@ std::optional<FilmSnapshot> share_of(const FilmSnapshot& film, std::string_view 
 std::vector<PixelRect> tile_rects(PixelRect crop);
 
 /// Returns the half's value at index `pixel` of the snapshot.
-HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half);
+inline HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
+  const auto r = static_cast<std::size_t>(film.replicates);
+  return half_value(std::span(film.pixels).subspan(pixel * r, r), half);
+}
 /// Returns both halves of a pixel as error estimates use them.
 std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel);
 /// Returns the value of both halves together.
-HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel);
+inline HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
+  return pixel_value(half_value(film, pixel, 0), half_value(film, pixel, 1));
+}
 /// Variance of the luminance of pixel_value(), estimated from the spread within each replicate as
 /// if samples were independent (stratified samples do better), and its degrees of freedom. Zero
 /// degrees, and an unknown variance, if no replicate has two samples.

@@ -77,16 +77,17 @@ void Film::add_folded_splats(std::size_t tile, FilmSnapshot& out) const {
   });
 }
 
-FilmSnapshot Film::snapshot(PixelRect rect) const {
+FilmSnapshot Film::snapshot(PixelRect rect, Parts parts) const {
   FilmSnapshot out;
   out.rect = rect;
   const std::size_t pixels = out.pixel_count();
   out.replicates = replicates_;
-  out.recorded = recorded_;
+  out.recorded = parts == Parts::kAll ? recorded_ : RecordedParts();
   out.has_splats = has_splats_;
   out.errors = errors_;
   out.errors_over_white = over_white_;
-  const TileShape shape = shape_of(*this);
+  TileShape shape = shape_of(*this);
+  shape.recorded = out.recorded;
   for_each_kept_plane(
       [&](const auto& plane) { (out.*plane.in_snapshot).resize(pixels * plane.per_pixel(shape)); });
   for (const LightShare& share : shares_) {
@@ -109,15 +110,6 @@ FilmSnapshot Film::snapshot(PixelRect rect) const {
   }
   copy_tiles(states, shape, out);
   return out;
-}
-
-HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {
-  const auto r = static_cast<std::size_t>(film.replicates);
-  return half_value(std::span(film.pixels).subspan(pixel * r, r), half);
-}
-
-HalfValue pixel_value(const FilmSnapshot& film, std::size_t pixel) {
-  return pixel_value(half_value(film, pixel, 0), half_value(film, pixel, 1));
 }
 
 std::array<HalfValue, 2> error_halves(const FilmSnapshot& film, std::size_t pixel) {

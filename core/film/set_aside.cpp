@@ -34,9 +34,10 @@ CalmFactors calm_factors(const FilmSnapshot& film) {
       if (is_whole[i] == 0) {
         continue;
       }
+      // Nothing is set aside as soon as one neighbour is as bright as the brighter half.
       float around = 0;
       const PixelRect window = window_around(x, y, 1, width, height);
-      for (int row = window.y; row < window.y + window.height; ++row) {
+      for (int row = window.y; row < window.y + window.height && around < brighter[i]; ++row) {
         for (int column = window.x; column < window.x + window.width; ++column) {
           const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                           static_cast<std::size_t>(column);
@@ -74,7 +75,14 @@ SetAside set_aside(FilmSnapshot& film, const PixelRect& counted) {
   std::size_t i = 0;
   for (int y = film.rect.y; y < film.rect.y + film.rect.height; ++y) {
     for (int x = film.rect.x; x < film.rect.x + film.rect.width; ++x, ++i) {
+      const bool is_calm = factors[0][i] == 1 && factors[1][i] == 1;
+      const bool is_counted = x >= counted.x && x < counted.x + counted.width && y >= counted.y &&
+                              y < counted.y + counted.height;
       const Rgb before = pixel_value(film, i).mean;
+      out.light += is_counted ? static_cast<double>(luminance(before)) : 0.0;
+      if (is_calm) {
+        continue;
+      }
       for (std::size_t k = 0; k < replicates; ++k) {
         ReplicatePixel& p = film.pixels[i * replicates + k];
         const float factor = factors[k % 2][i];
@@ -83,9 +91,7 @@ SetAside set_aside(FilmSnapshot& film, const PixelRect& counted) {
         p.mean_b *= factor;
         p.m2_luminance *= factor * factor;
       }
-      if (x >= counted.x && x < counted.x + counted.width && y >= counted.y &&
-          y < counted.y + counted.height) {
-        out.light += static_cast<double>(luminance(before));
+      if (is_counted) {
         out.taken += static_cast<double>(luminance(before - pixel_value(film, i).mean));
       }
     }
@@ -96,7 +102,7 @@ SetAside set_aside(FilmSnapshot& film, const PixelRect& counted) {
 TileState calm_tile(const Film& film, int tile) {
   TileState out;
   out.rect = film.tile_rect(tile);
-  FilmSnapshot wide = film.snapshot(with_neighbours(out.rect, film.crop()));
+  FilmSnapshot wide = film.snapshot(with_neighbours(out.rect, film.crop()), Film::Parts::kLight);
   set_aside(wide, out.rect);
   const auto replicates = static_cast<std::size_t>(film.replicates());
   for (int y = out.rect.y; y < out.rect.y + out.rect.height; ++y) {

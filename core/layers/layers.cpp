@@ -231,7 +231,7 @@ bool has_fireflies(const std::optional<std::string>& layer) {
 /// The snapshot includes the neighbours of the rect, which bound the light of its border.
 Result<FloatImage> LayerRows::calm_band(const PixelRect& rect) {
   const PixelRect wide = with_neighbours(rect, film_->crop());
-  FilmSnapshot film = snapshot(wide);
+  FilmSnapshot film = snapshot(wide, Film::Parts::kLight);
   const bool is_share = light_share(*layer_).has_value();
   if (is_share) {
     auto share = share_of(film, *layer_);
@@ -283,8 +283,8 @@ Result<FloatImage> LayerRows::band(int first, int count) {
   return image;
 }
 
-FilmSnapshot LayerRows::snapshot(PixelRect rect) const {
-  FilmSnapshot out = film_->snapshot(rect);
+FilmSnapshot LayerRows::snapshot(PixelRect rect, Film::Parts parts) const {
+  FilmSnapshot out = film_->snapshot(rect, parts);
   if (!look_.mix.empty()) {
     mix_shares(out, look_.mix);
   }

@@ -86,7 +86,7 @@ class LayerRows {
   bool has_errors() const { return !layer_ || *layer_ == "error"; }
   Result<FloatImage> band(int first, int count);
   Result<FloatImage> calm_band(const PixelRect& rect);
-  FilmSnapshot snapshot(PixelRect rect) const;
+  FilmSnapshot snapshot(PixelRect rect, Film::Parts parts = Film::Parts::kAll) const;
 
   const Film* film_;
   PixelRect rect_;

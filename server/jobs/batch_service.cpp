@@ -26,7 +26,11 @@ std::string stored_key(const Access& access, const std::string& key) {
 
 BatchService::BatchService(JobService& jobs, JobTable& keys, BatchTable& table, Log& log)
     : jobs_(jobs), keys_(keys), table_(table), log_(log) {
-  jobs_.journal().on_end([this](const Job& job) { report_ends(job.id()); });
+  jobs_.journal().on_state([this](const Job& job, api::JobState state) {
+    if (api::is_final(state)) {
+      report_ends(job.id());
+    }
+  });
 }
 
 BatchService::~BatchService() {

@@ -26,7 +26,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPilotsAtATime = 4;
+/// Between two looks at jobs that wait for room or a checkpoint, and while there are none.
 constexpr std::chrono::milliseconds kUpkeepPause{250};
+constexpr std::chrono::milliseconds kIdlePause{1000};
 constexpr double kHousekeepingSeconds = 600;
 constexpr double kForgetSeconds = 1;
 /// The write-ahead log, which a damaged bit makes worthless from there on, holds the changes of
@@ -258,7 +260,8 @@ void JobService::upkeep(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       const core::MutexLock lock(mutex);
-      never.wait_for(mutex, stop, kUpkeepPause, [] { return false; });
+      never.wait_for(mutex, stop, book_.is_empty() ? kIdlePause : kUpkeepPause,
+                     [] { return false; });
     }
     if (book_.queue_length() > 0) {
       life_.admit();  // A request may have released memory, or a job may have its first image.

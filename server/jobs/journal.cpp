@@ -139,9 +139,9 @@ Verdict Journal::change(Job& job, const Modify& modify, const Options& options) 
                 {"stop_reason", api::to_text(after.view.stop_reason)}});
   }
   publish(job, first, std::move(news));
-  if (api::is_final(after.view.state) && !api::is_final(before.view.state)) {
-    for (const auto& listener : on_end_) {
-      listener(job);
+  if (before.view.state != after.view.state) {
+    for (const auto& listener : on_state_) {
+      listener(job, after.view.state);
     }
   }
   return {};

@@ -56,10 +56,12 @@ class Journal {
                               const std::optional<IdempotencyRow>& key,
                               const JobTable::Beside& beside);
 
-  /// Adds a listener to committed ends of jobs, called with the job's change_mutex() held. Pre: no
-  /// job runs; the same for forget_listeners().
-  void on_end(std::function<void(const Job&)> listener) { on_end_.push_back(std::move(listener)); }
-  void forget_listeners() { on_end_.clear(); }
+  /// Adds a listener to committed changes of jobs' states, called with the job's change_mutex()
+  /// held and the new state. Pre: no job runs; the same for forget_listeners().
+  void on_state(std::function<void(const Job&, api::JobState)> listener) {
+    on_state_.push_back(std::move(listener));
+  }
+  void forget_listeners() { on_state_.clear(); }
 
   /// Returns durable events after a mark of any run, up to seq of this run's stream.
   core::Result<std::vector<EventRow>> events_after(const Job& job, std::int64_t stream,
@@ -85,7 +87,7 @@ class Journal {
   Log& log_;
   Metrics& metrics_;
   const std::int64_t run_;
-  std::vector<std::function<void(const Job&)>> on_end_ = {};
+  std::vector<std::function<void(const Job&, api::JobState)>> on_state_ = {};
 };
 
 }  // namespace server

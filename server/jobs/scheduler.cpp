@@ -110,6 +110,7 @@ void Scheduler::leave_share(const std::string& tenant) {
 }
 
 void Scheduler::add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant) {
+  std::function<void()> listener;
   {
     const core::MutexLock lock(mutex_);
     const double start = level(rank, tenant);
@@ -127,8 +128,17 @@ void Scheduler::add(std::shared_ptr<SliceSource> source, Rank rank, const std::s
       entries_.push_back(std::move(entry));
     }
     weigh();
+    listener = on_add_;
   }
   changed_.notify_all();
+  if (listener) {
+    listener();
+  }
+}
+
+void Scheduler::on_add(std::function<void()> listener) {
+  const core::MutexLock lock(mutex_);
+  on_add_ = std::move(listener);
 }
 
 void Scheduler::set_rank(const SliceSource& source, Rank rank) {

@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <thread>
@@ -58,6 +59,8 @@ class Scheduler {
   void add(std::shared_ptr<SliceSource> source, Rank rank, const std::string& tenant = {});
   /// Call it also when Turn::is_timed has changed.
   void set_rank(const SliceSource& source, Rank rank);
+  /// Called, without a lock, whenever a source is added; replaces the one before.
+  void on_add(std::function<void()> listener);
   /// Starts no more slices of the source; running ones continue. Ignores unknown sources.
   void remove(const SliceSource& source);
   /// Returns the sources in scheduling order, for slices that are rendered elsewhere.
@@ -111,6 +114,7 @@ class Scheduler {
   core::CondVar changed_;
   std::vector<std::shared_ptr<Entry>> entries_ GUARDED_BY(mutex_);
   std::map<std::string, Share> shares_ GUARDED_BY(mutex_);  ///< Shares by tenant.
+  std::function<void()> on_add_ GUARDED_BY(mutex_);
   bool stopping_ GUARDED_BY(mutex_) = false;
   Times times_ GUARDED_BY(mutex_);
   std::vector<std::jthread> threads_;

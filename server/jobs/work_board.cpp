@@ -22,6 +22,8 @@ namespace {
 /// completed by threads of this process. Half of the shortest unit.
 constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
     std::chrono::duration<double>(UnitPlanner::kSecondsLeast / 2));
+/// The same while no job runs, of which a new one wakes it: a lost broker.
+constexpr std::chrono::milliseconds kIdleTick{1000};
 
 /// Renders slices as a worker does. Returns empty if it was stopped. Errors: of the format.
 core::Result<std::optional<LeaseTable::Work>> render_slices(const std::shared_ptr<RenderRun>& run,
@@ -54,7 +56,17 @@ WorkBoard::WorkBoard(std::shared_ptr<queue::UnitQueue> queue, Scheduler& schedul
       planner_(scheduler, make_uuid().substr(0, 8)),
       table_(options_, log),
       own_(1, 1, Background::Priority::kOfRendering),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+      thread_([this](const std::stop_token& stop) { run(stop); }) {
+  scheduler_.on_add([this] {
+    const core::MutexLock lock(mutex_);
+    wake();
+  });
+}
+
+WorkBoard::~WorkBoard() {
+  scheduler_.on_add({});
+  stop();
+}
 
 void WorkBoard::stop() {
   thread_.request_stop();
@@ -299,9 +311,11 @@ WorkBoard::Counts WorkBoard::counts() const {
 
 void WorkBoard::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
+    const bool is_idle = scheduler_.active_count() == 0;
     {
       const core::MutexLock lock(mutex_);
-      changed_.wait_for(mutex_, stop, kTick, [this]() REQUIRES(mutex_) { return is_news_; });
+      changed_.wait_for(mutex_, stop, is_idle && table_.units().empty() ? kIdleTick : kTick,
+                        [this]() REQUIRES(mutex_) { return is_news_; });
       is_news_ = false;
     }
     drop_ended();

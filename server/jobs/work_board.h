@@ -54,7 +54,7 @@ class WorkBoard {
   /// scheduler and log must outlive it.
   WorkBoard(std::shared_ptr<queue::UnitQueue> queue, Scheduler& scheduler, Log& log,
             WorkOptions options, Calls calls);
-  ~WorkBoard() { stop(); }
+  ~WorkBoard();
   WorkBoard(const WorkBoard&) = delete;
   WorkBoard& operator=(const WorkBoard&) = delete;
   /// Stops leasing units; later results are refused.

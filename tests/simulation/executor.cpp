@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include <cxxabi.h>
 #include <dlfcn.h>
-#include <linux/futex.h>
-#include <sys/syscall.h>
+#include <sys/mman.h>
+#include <sys/single_threaded.h>
+#include <ucontext.h>
 #include <unistd.h>
 
 #include "tests/simulation/faults.h"
@@ -24,9 +27,17 @@ constexpr Nanoseconds kUnixStart = 1767225600 * kSecond;
 
 constexpr double kStallMean = 5.0 * kSecond;
 
+/// The default of the C library, of which a thread touches a few pages.
+constexpr std::size_t kStackBytes = std::size_t{8} << 20U;
+/// Exceptions that a thread handles: Itanium C++ ABI, exception handling, 2.2.2.
+constexpr std::size_t kHandledBytes = 2 * sizeof(void*);
+
 struct Thread {
   std::size_t number = 0;
-  std::atomic<std::uint32_t> go = 0;
+  ucontext_t context = {};
+  void* stack = nullptr;  ///< null: that of the process
+  std::array<std::byte, kHandledBytes> handled = {};
+  int error = 0;  ///< errno
   bool is_ready = true;
   bool is_over = false;
   bool came_in_time = false;
@@ -34,7 +45,7 @@ struct Thread {
   Nanoseconds deadline = kNever;
   Nanoseconds cpu = 0;
   int undisturbed = 0;
-  pthread_t real = {};
+  bool is_joined = false;
   void* (*body)(void*) = nullptr;
   void* argument = nullptr;
 };
@@ -47,6 +58,7 @@ struct State {
   Nanoseconds now;
   Nanoseconds jumped = 0;
   std::vector<std::unique_ptr<Thread>> threads;
+  std::vector<void*> stacks;  ///< Of threads that have ended.
   std::size_t started = 0;
   /// Threads that wait for addresses of that hash: most locks are waited for by none.
   std::array<std::uint16_t, 1024> waiting = {};
@@ -56,22 +68,8 @@ struct State {
 };
 
 State* state = nullptr;
-thread_local Thread* me = nullptr;
-
-void futex(std::atomic<std::uint32_t>& word, int operation, std::uint32_t value) {
-  real::syscall(SYS_futex, reinterpret_cast<long>(&word), operation, value, 0, 0, 0);
-}
-
-void resume(Thread& thread) {
-  thread.go.store(1);
-  futex(thread.go, FUTEX_WAKE_PRIVATE, 1);
-}
-
-void await_turn(Thread& thread) {
-  while (thread.go.exchange(0) == 0) {
-    futex(thread.go, FUTEX_WAIT_PRIVATE, 0);
-  }
-}
+Thread* me = nullptr;  ///< Whose turn it is.
+thread_local bool is_main = false;
 
 /// Draws the next thread; moves the time if all of them wait.
 Thread& pick() {
@@ -109,11 +107,20 @@ Thread& pick() {
   std::abort();
 }
 
+/// Goes on with another thread.
+void switch_to(Thread& next) {
+  Thread& before = *me;
+  std::memcpy(before.handled.data(), abi::__cxa_get_globals(), kHandledBytes);
+  before.error = errno;
+  me = &next;
+  ::swapcontext(&before.context, &next.context);
+  std::memcpy(abi::__cxa_get_globals(), me->handled.data(), kHandledBytes);
+  errno = me->error;
+}
+
 void give_turn() {
-  Thread& next = pick();
-  if (&next != me) {
-    resume(next);
-    await_turn(*me);
+  if (Thread& next = pick(); &next != me) {
+    switch_to(next);
   }
   me->came_in_time = me->is_ready;
   me->is_ready = true;
@@ -121,16 +128,47 @@ void give_turn() {
   me->deadline = kNever;
 }
 
-void* run_thread(void* given) {
-  auto& thread = *static_cast<Thread*>(given);
-  me = &thread;
-  await_turn(thread);
-  void* result = thread.body(thread.argument);
-  thread.is_over = true;
-  wake(&thread, true);
-  me = nullptr;
-  resume(pick());
-  return result;
+/// The first function of a thread.
+void run_thread() {
+  std::memset(abi::__cxa_get_globals(), 0, kHandledBytes);
+  me->body(me->argument);
+  me->is_over = true;
+  wake(me, true);
+  switch_to(pick());
+}
+
+void* new_stack() {
+  if (!state->stacks.empty()) {
+    void* stack = state->stacks.back();
+    state->stacks.pop_back();
+    return stack;
+  }
+  void* stack = ::mmap(nullptr, kStackBytes, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0);
+  if (stack != MAP_FAILED) {
+    ::mprotect(stack, static_cast<std::size_t>(::getpagesize()), PROT_NONE);
+  }
+  return stack;
+}
+
+/// Gives back the stacks of threads that have ended and are joined.
+void bury() {
+  std::erase_if(state->threads, [](const auto& thread) {
+    const bool is_gone = thread->is_over && thread->is_joined;
+    if (is_gone) {
+      state->stacks.push_back(thread->stack);
+    }
+    return is_gone;
+  });
+}
+
+Thread* thread_of(pthread_t thread) {
+  for (const auto& each : state->threads) {
+    if (reinterpret_cast<pthread_t>(each.get()) == thread) {
+      return each.get();
+    }
+  }
+  return nullptr;
 }
 
 /// Threads of libraries are not simulated.
@@ -158,13 +196,13 @@ double Random::exponential(double mean) { return -mean * std::log1p(-uniform());
 
 void begin(Schedule schedule) {
   state = new State(std::move(schedule));  // Lives as long as the process.
-  auto first = std::make_unique<Thread>();
-  Thread* thread = first.get();
-  state->threads.push_back(std::move(first));
-  me = thread;
+  state->threads.push_back(std::make_unique<Thread>());
+  me = state->threads.back().get();
+  is_main = true;
+  __libc_single_threaded = 0;  // Else the standard library leaves out what threads wait for.
 }
 
-bool is_simulated() { return me != nullptr; }
+bool is_simulated() { return is_main; }
 Nanoseconds now() { return state->now; }
 Nanoseconds unix_now() { return kUnixStart + state->now + state->jumped; }
 void jump_clock(Nanoseconds by) {
@@ -174,12 +212,12 @@ void jump_clock(Nanoseconds by) {
 Random& randomness() { return state->random; }
 
 Undisturbed::Undisturbed() {
-  if (me != nullptr) {
+  if (is_main) {
     ++me->undisturbed;
   }
 }
 Undisturbed::~Undisturbed() {
-  if (me != nullptr) {
+  if (is_main) {
     --me->undisturbed;
   }
 }
@@ -189,29 +227,44 @@ int create_thread(pthread_t* thread, const pthread_attr_t* attributes, void* (*b
   if (is_of_library(reinterpret_cast<const void*>(body))) {
     return real::pthread_create(thread, attributes, body, argument);
   }
-  auto made = std::make_unique<Thread>();
-  Thread& added = *made;
+  bury();
+  void* stack = new_stack();
+  if (stack == MAP_FAILED) {
+    return EAGAIN;
+  }
+  state->threads.push_back(std::make_unique<Thread>());
+  Thread& added = *state->threads.back();
   added.number = ++state->started;
   added.body = body;
   added.argument = argument;
-  std::erase_if(state->threads, [](const auto& each) { return each->is_over && each->real == 0; });
-  state->threads.push_back(std::move(made));
-  const int failed = real::pthread_create(thread, attributes, &run_thread, &added);
-  added.real = failed == 0 ? *thread : pthread_t{};
-  added.is_over = failed != 0;
-  return failed;
+  added.stack = stack;
+  ::getcontext(&added.context);
+  added.context.uc_stack.ss_sp = stack;
+  added.context.uc_stack.ss_size = kStackBytes;
+  ::makecontext(&added.context, &run_thread, 0);
+  *thread = reinterpret_cast<pthread_t>(&added);
+  return 0;
 }
 
-void wait_for_end(pthread_t thread) {
-  for (const auto& each : state->threads) {
-    if (each->real == thread) {
-      while (!each->is_over) {
-        wait(each.get(), kNever);
-      }
-      each->real = {};
-      return;
-    }
+pthread_t own_number() { return reinterpret_cast<pthread_t>(me); }
+
+std::span<std::byte> stack_of(pthread_t thread) {
+  const Thread* const found = thread_of(thread);
+  return found == nullptr || found->stack == nullptr
+             ? std::span<std::byte>()
+             : std::span(static_cast<std::byte*>(found->stack), kStackBytes);
+}
+
+bool wait_for_end(pthread_t thread) {
+  Thread* const ending = thread_of(thread);
+  if (ending == nullptr) {
+    return false;
   }
+  while (!ending->is_over) {
+    wait(ending, kNever);
+  }
+  ending->is_joined = true;
+  return true;
 }
 
 void pass() {
@@ -250,7 +303,7 @@ void wake(const void* address, bool all) {
 }
 
 void sleep_for(Nanoseconds time) {
-  if (me != nullptr) {
+  if (is_main) {
     wait(nullptr, state->now + std::max<Nanoseconds>(time, 1));
   }
 }

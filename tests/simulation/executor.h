@@ -2,14 +2,18 @@
 /// follows from a seed.
 ///
 /// machine.cpp replaces the functions of the C library that create threads, wait, lock and read the
-/// time; they call this. A thread runs until it waits, ends, or a draw at a lock says that another
-/// one goes on. When every thread waits, the time jumps to the earliest deadline. Threads that were
-/// not started by a simulated thread are left alone.
+/// time; they call this. A simulated thread has a stack of its own and shares the process's only
+/// real one, so that a turn costs no call of the kernel. It runs until it waits, ends, or a draw at
+/// a lock says that another one goes on. When every thread waits, the time jumps to the earliest
+/// deadline. Threads that were not started by a simulated thread are left alone. Variables that are
+/// local to a thread are those of all: none may hold a state beyond a wait.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <span>
 #include <string>
 
 #include <pthread.h>
@@ -73,8 +77,12 @@ class Undisturbed {
 // For machine.cpp; all of a simulated thread.
 int create_thread(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*),
                   void* argument);
-/// Waits for the end of a thread; no effect for one that is not simulated.
-void wait_for_end(pthread_t thread);
+/// Returns the calling thread.
+pthread_t own_number();
+/// Empty: that of the process.
+std::span<std::byte> stack_of(pthread_t thread);
+/// Waits for the end of a thread; returns false for one that is not simulated.
+bool wait_for_end(pthread_t thread);
 /// Lets another thread go on, perhaps.
 void pass();
 /// Waits until wake(address) or the deadline; returns false at the deadline.

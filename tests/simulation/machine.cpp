@@ -5,7 +5,9 @@
 #include <cerrno>
 #include <cstdarg>
 #include <cstddef>
+#include <map>
 #include <random>
+#include <span>
 
 #include <linux/futex.h>
 #include <openssl/rand.h>
@@ -40,14 +42,46 @@ Nanoseconds deadline_of(clockid_t clock, const timespec& time) {
   return of(time) - (clock == CLOCK_MONOTONIC ? 0 : ahead);
 }
 
+/// Owners of recursive mutexes (SQLite's), whose own belong to the real thread.
+struct Owner {
+  pthread_t thread = {};
+  int depth = 0;
+};
+std::map<pthread_mutex_t*, Owner>& owners() {
+  static std::map<pthread_mutex_t*, Owner> all;
+  return all;
+}
+bool is_recursive(const pthread_mutex_t* mutex) {
+  return (mutex->__data.__kind & 3) == PTHREAD_MUTEX_RECURSIVE;
+}
+
+int try_lock(pthread_mutex_t* mutex) {
+  if (!is_recursive(mutex)) {
+    return real::pthread_mutex_trylock(mutex);
+  }
+  Owner& owner = owners()[mutex];
+  if (owner.depth > 0 && owner.thread != simulation::own_number()) {
+    return EBUSY;
+  }
+  owner = {.thread = simulation::own_number(), .depth = owner.depth + 1};
+  return real::pthread_mutex_trylock(mutex);
+}
+
 void lock(pthread_mutex_t* mutex) {
-  while (real::pthread_mutex_trylock(mutex) == EBUSY) {
+  while (try_lock(mutex) == EBUSY) {
     simulation::wait(mutex, kNever);
   }
 }
 
+int unlock(pthread_mutex_t* mutex) {
+  if (is_recursive(mutex) && --owners()[mutex].depth == 0) {
+    owners().erase(mutex);
+  }
+  return real::pthread_mutex_unlock(mutex);
+}
+
 int wait_on(pthread_cond_t* condition, pthread_mutex_t* mutex, Nanoseconds deadline) {
-  real::pthread_mutex_unlock(mutex);
+  unlock(mutex);
   simulation::wake(mutex, true);
   const bool came = simulation::wait(condition, deadline);
   lock(mutex);
@@ -71,10 +105,30 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
 }
 
 int pthread_join(pthread_t thread, void** result) {
-  if (is_simulated()) {
-    simulation::wait_for_end(thread);
+  if (is_simulated() && simulation::wait_for_end(thread)) {
+    return 0;
   }
   return real::pthread_join(thread, result);
+}
+
+/// oneTBB asks where its stack ends.
+int pthread_getattr_np(pthread_t thread, pthread_attr_t* attributes) noexcept {
+  const auto stack = is_simulated() ? simulation::stack_of(thread) : std::span<std::byte>();
+  if (stack.empty()) {
+    return real::pthread_getattr_np(is_simulated() ? real::pthread_self() : thread, attributes);
+  }
+  pthread_attr_init(attributes);
+  return pthread_attr_setstack(attributes, stack.data(), stack.size());
+}
+
+/// oneTBB holds the state of a build in its thread, which others would change.
+void rtcCommitScene(void* scene) {
+  const simulation::Undisturbed alone;
+  real::rtcCommitScene(scene);
+}
+
+pthread_t pthread_self() noexcept {
+  return is_simulated() ? simulation::own_number() : real::pthread_self();
 }
 
 int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
@@ -86,11 +140,16 @@ int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   return 0;
 }
 
+int pthread_mutex_trylock(pthread_mutex_t* mutex) noexcept {
+  return is_simulated() ? try_lock(mutex) : real::pthread_mutex_trylock(mutex);
+}
+
 int pthread_mutex_unlock(pthread_mutex_t* mutex) noexcept {
-  const int code = real::pthread_mutex_unlock(mutex);
-  if (is_simulated()) {
-    simulation::wake(mutex, true);
+  if (!is_simulated()) {
+    return real::pthread_mutex_unlock(mutex);
   }
+  const int code = unlock(mutex);
+  simulation::wake(mutex, true);
   return code;
 }
 

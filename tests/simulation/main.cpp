@@ -15,7 +15,6 @@
 #include <string_view>
 
 #include <execinfo.h>
-#include <sched.h>
 #include <sys/mman.h>
 #include <sys/personality.h>
 #include <sys/wait.h>
@@ -204,26 +203,8 @@ void settle_process(char** arguments) {
   }
 }
 
-/// Threads take turns, and a turn is passed faster on one processor: the `job`-th of those that
-/// this process may use.
-void stay_on_one(int job) {
-  cpu_set_t all;
-  ::sched_getaffinity(0, sizeof all, &all);
-  int left = job % CPU_COUNT(&all);
-  for (std::size_t each = 0; each < CPU_SETSIZE; ++each) {
-    if (CPU_ISSET(each, &all) && left-- == 0) {
-      cpu_set_t one;
-      CPU_ZERO(&one);
-      CPU_SET(each, &one);
-      ::sched_setaffinity(0, sizeof one, &one);
-      return;
-    }
-  }
-}
-
 /// Plays the seeds of one of the processes; returns their number.
 std::uint64_t play_seeds(const Options& options, int job, Counts& counts) {
-  stay_on_one(options.jobs == 1 ? ::sched_getcpu() : job);
   const std::filesystem::path memory = "/dev/shm";
   const auto folder = (is_directory(memory) ? memory : std::filesystem::temp_directory_path()) /
                       ("tessera-simulation-" + std::to_string(::getpid()));

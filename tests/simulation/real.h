@@ -29,6 +29,9 @@ Function* next(const char* name) {
 
 SIMULATION_REAL(int, pthread_create, pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)
 SIMULATION_REAL(int, pthread_join, pthread_t, void**)
+SIMULATION_REAL(pthread_t, pthread_self)
+SIMULATION_REAL(int, pthread_getattr_np, pthread_t, pthread_attr_t*)
+SIMULATION_REAL(void, rtcCommitScene, void*)
 SIMULATION_REAL(int, pthread_mutex_lock, pthread_mutex_t*)
 SIMULATION_REAL(int, pthread_mutex_trylock, pthread_mutex_t*)
 SIMULATION_REAL(int, pthread_mutex_unlock, pthread_mutex_t*)

@@ -23,7 +23,6 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
   target_link_options(simulation PRIVATE  # tests/simulation/model.cpp
     LINKER:--wrap=_ZN4core8Renderer6createENS_4ViewE
     LINKER:--wrap=_ZN4core6settleB5cxx11ERNS_4ViewERKNS_9StopRulesERKSt10stop_token)
-  target_compile_options(simulation PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(simulation PRIVATE tessera_flags server_lib)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_link_options(simulation PRIVATE -fno-lto)

@@ -27,10 +27,9 @@ ROOTS = ("core", "api", "server", "clients/cli", "clients/worker", "tests")
 TIDIED = ("core", "api")
 TIDIED_LONG = (*TIDIED, "server", "clients/cli")
 # The quick checks combine this many sources into one: parsing the headers is most of their work.
-TOGETHER = 12
-# Unnamed namespaces may collide in a batch: sources that seem to have findings are combined again,
-# fewer and with those of other batches, before each of them is compiled alone.
-AGAIN = 4
+# Names of unnamed namespaces are made different before. Sources that seem to have findings are
+# combined again as they are, without the others, before each of them is compiled alone.
+TOGETHER = 80
 # Checks that cost little more than parsing the source (about 3 s each).
 QUICK = (
     "-*",
@@ -141,9 +140,29 @@ def write_database(build: str, roots):
     return folder, sorted(entries)
 
 
-def write_batches(folder: pathlib.Path, sources, together: int):
-    """Sources that include `together` neighbours with the same flags, or AGAIN distant ones;
-    returns the sources included by each."""
+def private_names(text: str):
+    """Names that a source declares in unnamed namespaces."""
+    names = set()
+    for block in re.findall(r"^namespace \{$(.*?)^\}  // namespace$", text, re.M | re.S):
+        block = re.sub(r'"(?:[^"\\\n]|\\.)*"|\'.\'|//.*|^#.*', "", block, flags=re.M)
+        for enumerators in re.findall(r"\benum (?:: \S+ )?\{([^}]*)\}", block):
+            names.update(re.findall(r"\bk\w+", enumerators))
+        found = 1
+        while found:  # Leaves the outermost level: no bodies, parameters, initialisers.
+            block, found = re.subn(r"(\{[^{}]*\})|(\([^()]*\))|<[^<>;]*>|\[[^][]*\]",
+                                   lambda at: ";" if at[1] else "=" if at[2] else "", block)
+        for statement in block.split(";"):
+            name = re.search(r"\b(?:struct|class|enum(?: class)?|union|using) (\w+)\b(?!:)|"
+                             r"[\w>&*] [&*]*(\w+)\s*$", statement.split("=")[0])
+            if name and not re.match(r"\s*using \w*::", statement):
+                names.add(name[1] or name[2])
+    # A member of the same name keeps it.
+    return names - set(re.findall(r"(?:\.|->)(\w+)", text))
+
+
+def write_batches(folder: pathlib.Path, sources, is_renamed: bool):
+    """Sources that include copies of neighbours with the same flags; if `is_renamed`, the private
+    names of each end in its number. Returns the sources included by each."""
     database = folder / "compile_commands.json"
     entries = json.loads(database.read_text())
     alike = {}
@@ -153,16 +172,24 @@ def write_batches(folder: pathlib.Path, sources, together: int):
             alike.setdefault(tuple(flags), []).append(entry)
     batches = {}
     for group in alike.values():
-        count = -(-len(group) // together)
-        for first in range(count):
-            some = group[first::count] if together == AGAIN else group[
-                first * together : (first + 1) * together]
-            batch = [entry["file"] for entry in some]
-            path = str(folder.resolve() / f"batch_{together}_{len(batches)}.cpp")
-            pathlib.Path(path).write_text("".join(f'#include "{file}"\n' for file in batch))
-            words = [path if word == batch[0] else word for word in some[0]["arguments"]]
+        count = -(-len(group) // TOGETHER)
+        for part in range(count):
+            some = group[part * len(group) // count : (part + 1) * len(group) // count]
+            path = str(folder.resolve() / f"batch_{is_renamed:d}_{len(batches)}.cpp")
+            members = [os.path.relpath(entry["file"]) for entry in some]
+            for index, member in enumerate(members):
+                text = pathlib.Path(member).read_text()
+                names = "|".join(sorted(private_names(text)))
+                if names and is_renamed:
+                    text = re.sub(rf"^(#include .*)|(?<!:)\b({names})\b",
+                                  lambda at: at[1] or f"{at[2]}{index}", text, flags=re.M)
+                copy = folder / member
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                copy.write_text(text)
+            pathlib.Path(path).write_text("".join(f'#include "{file}"\n' for file in members))
+            words = [path if word == some[0]["file"] else word for word in some[0]["arguments"]]
             entries.append({**some[0], "file": path, "arguments": words})
-            batches[path] = [os.path.relpath(file) for file in batch]
+            batches[path] = members
     database.write_text(json.dumps(entries))
     return batches
 
@@ -186,14 +213,17 @@ def check_tidy(build: str, chosen, is_long: bool) -> int:
         """Sources of a batch that may have findings, or collide with others of it."""
         path, members = batch
         said = findings(path, "--header-filter=/(core|api)/", "--extra-arg=-ferror-limit=0")
-        named = re.findall(r"^(/\S+):\d+:\d+: (?:error|warning): ", said, re.M)
-        named = {os.path.relpath(file) for file in named}
-        return [file for file in members if file in named] if named <= set(members) else members
+        # An error in a header of the system is one of the source that instantiates it.
+        named = {os.path.relpath(file, folder if str(folder.resolve()) in file else None)
+                 for file in re.findall(r"^(/\S+):\d+:\d+: (?:error|warning): ", said, re.M)
+                 if file.startswith(os.getcwd())}
+        is_clear = not said or (named and named <= set(members))
+        return [file for file in members if file in named] if is_clear else members
 
     alone = sources
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        for together in () if is_long or chosen else (TOGETHER, AGAIN):
-            batches = write_batches(folder, alone, together)
+        for is_renamed in () if is_long or chosen else (True, False):
+            batches = write_batches(folder, alone, is_renamed)
             alone = [file for some in pool.map(suspects, batches.items()) for file in some]
         found = [text for text in pool.map(findings, alone) if text]
     # A finding in a header is repeated for each source that includes it.

@@ -20,7 +20,18 @@ inline double least_covered(double n, double level = 0.95) {
   return k;
 }
 
-/// The same as a fraction of n.
+/// The smallest count of n independent intervals that those of at most `level` exceed with
+/// probability kFalseAlarm at most.
+inline double most_covered(double n, double level = 0.95) {
+  double k = std::ceil(level * n);
+  while (k < n && core::binomial_tail(k + 1, n, level) > kFalseAlarm) {
+    ++k;
+  }
+  return k;
+}
+
+/// The same as fractions of n.
 inline double least_fraction(double n, double level = 0.95) { return least_covered(n, level) / n; }
+inline double most_fraction(double n, double level = 0.95) { return most_covered(n, level) / n; }
 
 }  // namespace test_support

@@ -174,7 +174,7 @@ std::vector<Row> rows() {
     // `auto` runs one of the others.
     if (row.name != core::kAutomaticIntegrator && row.error != core::ErrorValidity::kByComparison) {
       // A sample of Metropolis is eight states.
-      out.push_back({.integrator = row.name, .samples = row.name == "mlt" ? 8 : 16});
+      out.push_back({.integrator = row.name, .samples = row.name == "mlt" ? 4 : 16});
     }
   }
   out.push_back({"path", "fog", &fog, "path", 8});
@@ -182,7 +182,7 @@ std::vector<Row> rows() {
   out.push_back({"path", "spectral_box", &spectral_box});
   // Too few paths find the caustic.
   out.push_back({"bdpt", "caustic", &caustic, "bdpt", 8});
-  out.push_back({"mlt", "caustic", &caustic, "bdpt", 8});
+  out.push_back({"mlt", "caustic", &caustic, "bdpt", 4});
   return out;
 }
 

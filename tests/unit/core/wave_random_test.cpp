@@ -584,7 +584,8 @@ void expect_as_one_path_at_a_time(Drawn drawn) {
 
 void expect_fault_is_seen(const Planted& planted, Drawn drawn) {
   int seen = 0;
-  for (std::uint64_t seed = first_seed(); seed < first_seed() + 24; ++seed) {
+  const std::uint64_t end = first_seed() + 24;
+  for (std::uint64_t seed = first_seed(); seed < end && seen < planted.least; ++seed) {
     const core::View faulty = setting(seed, planted.fault, drawn).view;
     const core::View right = setting(seed, Fault::kNone, drawn).view;
     const std::size_t differing = test_support::differing_pixels(faulty, 8, right, kSamples, 1);

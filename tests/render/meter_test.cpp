@@ -14,6 +14,7 @@
 #include "core/lights/sun_position.h"
 #include "core/render/picture/unsampled_light.h"
 #include "core/settings/registry.h"
+#include "tests/support/least_covered.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -101,6 +102,8 @@ TEST(Meter, MarksReadingsThatRestOnOneRandomisation) {
   EXPECT_FALSE(reading_of(std::vector<double>(16, 1.0)).unreliable) << "free of noise";
 }
 
+constexpr int kEventReadings = 400;
+
 /// Fraction of the intervals that hold the truth if, beside Gaussian noise, 1,024 paths meet `rate`
 /// events on average that carry `light` each. path_light: of meter_readings().
 double covered(double rate, double light, double path_light) {
@@ -108,9 +111,8 @@ double covered(double rate, double light, double path_light) {
   std::normal_distribution<double> normal(1, 0.02);
   std::poisson_distribution<int> events(rate / core::kMeterReplicates);
   constexpr int kPaths = 64;  // of each randomisation
-  constexpr int kReadings = 400;
   int inside = 0;
-  for (int i = 0; i < kReadings; ++i) {
+  for (int i = 0; i < kEventReadings; ++i) {
     core::MeterChunk chunk;
     chunk.samples = kPaths;
     for (int r = 0; r < core::kMeterReplicates; ++r) {
@@ -122,17 +124,19 @@ double covered(double rate, double light, double path_light) {
     const double truth = 1 + rate * light / (kPaths * core::kMeterReplicates);
     inside += reading.low <= truth && truth <= reading.high ? 1 : 0;
   }
-  return static_cast<double>(inside) / kReadings;
+  return static_cast<double>(inside) / kEventReadings;
 }
 
-// 400 intervals of 95%: below 91% with a probability of 3e-4. An event is 100 / 1024 of the
-// reading, so that one missing is far outside of the Gaussian interval. The planted fault:
-// a bound of 0 for the light of a path. The closed forms are in tests/unit/core/interval_test.cpp.
+// 400 intervals of 95%: fewer than the least fraction with a probability of 0.3%. An event is
+// 100 / 1024 of the reading, so that one missing is far outside of the Gaussian interval. The
+// planted fault: a bound of 0 for the light of a path. The closed forms are in
+// tests/unit/core/interval_test.cpp.
 TEST(Meter, IntervalsHoldForRareEvents) {
+  const double least = test_support::least_fraction(kEventReadings);
   for (const double rate : {0.2, 1.0, 4.0, 20.0}) {
-    EXPECT_GE(covered(rate, 100, 100), 0.91) << rate;
+    EXPECT_GE(covered(rate, 100, 100), least) << rate;
   }
-  EXPECT_GE(covered(0, 100, 0), 0.91) << "Gaussian noise alone";
+  EXPECT_GE(covered(0, 100, 0), least) << "Gaussian noise alone";
   EXPECT_LT(covered(0.2, 100, 0), 0.5);
   EXPECT_LT(covered(1, 100, 0), 0.8);
 }
@@ -260,10 +264,11 @@ TEST(Meter, MeasuresInterreflectionInAClosedSphere) {
   }
 }
 
-/// The fraction of `count` meters with different seeds whose interval contains the true value.
+constexpr int kMeters = 800;
+
+/// The fraction of kMeters meters with different seeds whose interval contains the true value.
 double coverage(double width) {
   core::View view = stage({square()});
-  constexpr int kMeters = 800;
   int held = 0;
   for (int i = 0; i < kMeters; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i);
@@ -274,11 +279,13 @@ double coverage(double width) {
   return static_cast<double>(held) / kMeters;
 }
 
-// The fraction of 800 is binomial with a standard deviation of 0.8%: chance leaves 93 to 97% in 1
-// of 100, with this seed never.
+// Each bound fails by chance with a probability of 0.3%.
 TEST(Meter, IntervalsContainTheTruthInNinetyFivePercent) {
-  EXPECT_NEAR(coverage(1), 0.95, 0.02);
-  EXPECT_LT(coverage(0.7), 0.93) << "narrower intervals are detected";
+  const double least = test_support::least_fraction(kMeters);
+  const double held = coverage(1);
+  EXPECT_GE(held, least);
+  EXPECT_LE(held, test_support::most_fraction(kMeters));
+  EXPECT_LT(coverage(0.7), least) << "narrower intervals are detected";
 }
 
 core::View box() {

@@ -30,9 +30,29 @@ core::View without_roulette(core::View view) {
 /// Fewer than 50 variants in two scenes.
 constexpr int kVariants = 100;
 
-// Strategies without MIS are noisier and take four times the samples. gloss: excludes the
-// strategies that ignore the BSDF. Their samples of a narrow lobe are so rare and so large that
-// means of 16 images are far from normal; irradiance_test.cpp and furnace_test.cpp test them.
+/// Samples, in halves of those of MIS, that make an error below kErrorMost in both scenes.
+int effort_of(const test_support::Variant& v, bool gloss) {
+  switch (v.estimator.strategy) {
+    case core::Strategy::kMis:
+      return gloss || v.sampler == core::SamplerType::kAntithetic ||
+                     v.estimator.splitting == core::SplittingType::kMeasured
+                 ? 2
+                 : 1;
+    case core::Strategy::kLight:
+      return gloss ? 8 : 2;
+    case core::Strategy::kBsdf:
+      return gloss ? 2 : 4;
+    case core::Strategy::kCosine:
+      return 4;
+    case core::Strategy::kUniform:
+      return 8;
+  }
+  return 8;
+}
+
+// gloss: excludes the strategies that ignore the BSDF. Their samples of a narrow lobe are so rare
+// and so large that means of 16 images are far from normal; irradiance_test.cpp and
+// furnace_test.cpp test them.
 void expect_variants_agree(core::View view, int samples, bool gloss) {
   view = without_roulette(view);
   const Blocks reference = blocks_of(view, 1000, 2 * samples);
@@ -44,7 +64,7 @@ void expect_variants_agree(core::View view, int samples, bool gloss) {
     }
     const bool is_mis = strategy == core::Strategy::kMis;
     test_support::apply(v, view);
-    const Blocks seen = blocks_of(view, seed, is_mis ? samples : 4 * samples);
+    const Blocks seen = blocks_of(view, seed, effort_of(v, gloss) * samples / 2);
     seed += kAgreementSeeds;
     expect_agreement(compare(seen, reference), kVariants, v.name);
     if (is_mis) {
@@ -74,6 +94,7 @@ struct LightPaths {
   const char* name;
   core::View view;
   int light_trace_samples;
+  int other_samples;
   int reference_samples;
 };
 std::vector<LightPaths> light_path_scenes() {
@@ -81,15 +102,14 @@ std::vector<LightPaths> light_path_scenes() {
   glossy.settings.film.filter = {core::FilterType::kTent, 1};
   core::View caustic = test_support::caustic();
   caustic.settings.film.width = caustic.settings.film.height = kLightSide;
-  return {{"box", test_support::box(kLightSide), 64, 128},
-          {"glossy things", glossy, 512, 128},
-          {"half clear pane", test_support::pane(kLightSide), 128, 256},
-          {"caustic", caustic, 64, 768},
-          {"instances", test_support::instances(kLightSide), 256, 256}};
+  return {{"box", test_support::box(kLightSide), 32, 32, 64},
+          {"glossy things", glossy, 512, 64, 128},
+          {"half clear pane", test_support::pane(kLightSide), 128, 64, 256},
+          {"caustic", caustic, 64, 64, 768},
+          {"instances", test_support::instances(kLightSide), 256, 64, 256}};
 }
 
 constexpr const char* kLightIntegrators[] = {"light-trace", "bdpt", "mlt"};
-constexpr int kLightSamples = 64;
 constexpr int kLightComparisons = 15;
 
 /// Strategies of bdpt that a fault might lose; all scenes have light of each.
@@ -123,7 +143,7 @@ const std::vector<Seen>& light_images() {
         const bool is_light = view.settings.integrator == "light-trace";
         out.push_back(
             {scene.name, integrator,
-             layers_of(view, 1, is_light ? scene.light_trace_samples : kLightSamples, layers),
+             layers_of(view, 1, is_light ? scene.light_trace_samples : scene.other_samples, layers),
              reference});
       }
     }
@@ -160,12 +180,12 @@ TEST(Agreement, DetectsALostStrategyInEveryScene) {
 TEST(Agreement, LightPathsDisperseAsPathsDo) {
   constexpr int kComparisons = 2;
   core::View view = without_roulette(test_support::prisms(kLightSide));
-  const Blocks reference = blocks_of(view, 1000, 256);
+  const Blocks reference = blocks_of(view, 1000, 128);
   for (const char* integrator : {"bdpt", "mlt"}) {
     view.settings.integrator = integrator;
     const bool is_bdpt = view.settings.integrator == "bdpt";
-    const std::vector<Blocks> parts = layers_of(
-        view, 1, kLightSamples, {is_bdpt ? std::string("bounce:1-") : test_support::kSplats});
+    const std::vector<Blocks> parts =
+        layers_of(view, 1, 32, {is_bdpt ? std::string("bounce:1-") : test_support::kSplats});
     expect_agreement(compare(parts.back(), reference), kComparisons, integrator);
     EXPECT_FALSE(agrees(compare(plus(parts.back(), 0.05, parts[0]), reference), kComparisons))
         << integrator;

@@ -26,9 +26,9 @@ std::vector<Case> cases() {
   // Without the point light, around which single scattering has infinite variance in `path`.
   core::View fog = test_support::fog_in_box(kSide, {0.2F, 0.4F, 0.6F});
   fog.scene = test_support::box(kSide).scene;
-  return {{"box", test_support::box(kSide), 128, 64},
-          {"glossy box", test_support::glossy_box(kSide), 256, 128},
-          {"fog", fog, 512, 192}};
+  return {{"box", test_support::box(kSide), 64, 32},
+          {"glossy box", test_support::glossy_box(kSide), 128, 64},
+          {"fog", fog, 384, 144}};
 }
 
 const std::vector<std::string> kBounces = {"bounce:0", "bounce:1", "bounce:2"};

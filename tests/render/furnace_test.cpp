@@ -30,7 +30,8 @@ TEST(ClosedSphere, RadianceIsOneForEveryRegisteredOption) {
   view.settings.max_depth = 32;
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
-    expect_truth(test_support::render(view, 160), 1, 4e-3, v.name);
+    const bool is_noisy = v.name == "light/uniform" || !v.estimator.expected_values;
+    expect_truth(test_support::render(view, is_noisy ? 160 : 64), 1, 4e-3, v.name);
   }
 }
 

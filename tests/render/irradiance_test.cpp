@@ -135,7 +135,9 @@ TEST(Irradiance, OneBrightTexelMatchesTheClosedForm) {
         kWidth, kHeight, [&](int x, int y) { return Rgb(x == 11 && y == bright ? 1.0F : 0.0F); }));
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 128), e / kPi, 5e-4,
+      const bool is_noisy = v.sampler == core::SamplerType::kIndependent ||
+                            v.estimator.roulette == core::RouletteType::kThreshold;
+      expect_truth(test_support::render(view, is_noisy ? 128 : 64), e / kPi, 5e-4,
                    v.name + " row " + std::to_string(bright), 0,
                    test_support::is_blind(v)            ? 0.5
                    : test_support::culls_shadow_rays(v) ? 0.1
@@ -355,7 +357,7 @@ TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
     const double truth = depth < 3 ? direct : direct + returned;
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
-      expect_truth(test_support::render(view, 128), truth, 8e-3,
+      expect_truth(test_support::render(view, 32), truth, 8e-3,
                    v.name + " depth " + std::to_string(depth), 1e-4,
                    test_support::is_blind(v) ? 0.05 : 0);
     }

@@ -587,6 +587,7 @@ void World::cancel_hanging(int tenant, const std::vector<std::string>& resumed) 
 
 /// Resumes the tenant's jobs and waits until all have ended; cancels those that would never load.
 void World::settle(int tenant, Random& random) {
+  sleep_for(kCalm + 2 * kTick - time_of_shift());  // Afterwards the operator lets no load hang.
   // A job that was paused while its scene loads goes on loading, and is queued when it is resumed.
   std::vector<std::string> resumed;
   for (const std::string& id : ids_of(tenant)) {

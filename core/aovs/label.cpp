@@ -8,8 +8,7 @@
 
 namespace core {
 
-LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
-                 Vec3* seen) noexcept {
+std::optional<FirstHit> first_hit(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept {
   RawHit hit;
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     ++rays;
@@ -23,20 +22,31 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uin
       ray.origin = offset_ray(point.position, point.normal_geometric * side, point.error_m);
       continue;
     }
-    if (seen != nullptr) {
-      *seen = point.position;
-    }
-    const PlacedMesh& placed = scene.placed[point.placed];
-    return {.object = placed.object,
-            .instance = placed.instance,
-            .material = point.material + 1,
-            .primitive = scene.meshes[placed.mesh].primitive,
-            .position = (Place(point.position) + scene.origin).rounded(),
-            .uv = scene.uv(hit, ray),
-            .motion = motion != nullptr ? motion->of(scene, point, scene.corner_weights(hit, ray))
-                                        : Vec2{}};
+    return FirstHit{hit, ray, point};
   }
-  return {};
+  return std::nullopt;
+}
+
+LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
+                 Vec3* seen) noexcept {
+  const auto found = first_hit(scene, ray, rays);
+  if (!found) {
+    return {};
+  }
+  const SurfacePoint& point = found->point;
+  if (seen != nullptr) {
+    *seen = point.position;
+  }
+  const PlacedMesh& placed = scene.placed[point.placed];
+  return {.object = placed.object,
+          .instance = placed.instance,
+          .material = point.material + 1,
+          .primitive = scene.meshes[placed.mesh].primitive,
+          .position = (Place(point.position) + scene.origin).rounded(),
+          .uv = scene.uv(found->hit, found->ray),
+          .motion = motion != nullptr
+                        ? motion->of(scene, point, scene.corner_weights(found->hit, found->ray))
+                        : Vec2{}};
 }
 
 void put_labels(TileState& state, const SceneData& scene, const Camera& camera,

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
+#include "core/accel/accel.h"
 #include "core/aovs/motion.h"
 #include "core/camera/camera.h"
 #include "core/film/film.h"
@@ -12,8 +14,17 @@
 
 namespace core {
 
+/// A hit, and the last piece of the ray that found it.
+struct FirstHit {
+  RawHit hit;
+  Ray ray;
+  SurfacePoint point;
+};
 /// Returns the first surface along a camera ray, of any material including glass, with coverage of
-/// at least one half (MASK: present). motion: null if not needed. rays: adds the rays traced.
+/// at least one half (MASK: present). rays: adds the rays traced.
+std::optional<FirstHit> first_hit(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept;
+
+/// Returns the label of first_hit(). motion: null if not needed. rays: adds the rays traced.
 /// seen: receives the hit, from the scene's origin, if there is one; null if not needed.
 LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
                  Vec3* seen = nullptr) noexcept;

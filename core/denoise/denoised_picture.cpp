@@ -10,6 +10,7 @@
 
 #include "core/base/check.h"
 #include "core/base/statistics.h"
+#include "core/denoise/series_mean.h"
 #include "core/error/pixel_error.h"
 #include "core/error/squared_error.h"
 #include "core/film/set_aside.h"
@@ -299,33 +300,24 @@ void average_backdrop(const FilmSnapshot& film, const FeaturePicture& features,
   }
 }
 
-Result<MadeDenoised> denoise_over_white(const FilmSnapshot& film, const FeaturePicture* features,
-                                        const Denoiser& denoiser, const ParallelFor& parallel,
-                                        std::span<const HalfPicture> light, const CalmFactors& calm,
-                                        FilteredHalves light_out) {
-  const std::array alpha = {half_picture(film, 0, HalfPart::kAlpha),
-                            half_picture(film, 1, HalfPart::kAlpha)};
-  const auto surfaces =
-      features != nullptr ? std::make_unique<FeaturePicture>(colorless(*features)) : nullptr;
-  auto alpha_out = denoiser.denoise(alpha, surfaces.get(), parallel);
-  if (!alpha_out) {
-    return alpha_out.error();
-  }
-  keep_even_places(film, light, alpha, light_out.planes, alpha_out->planes);
-  const std::array halves = {half_picture(film, 0, HalfPart::kOverWhite, calm[0]),
-                             half_picture(film, 1, HalfPart::kOverWhite, calm[1])};
+MadeDenoised composed_over_white(const FilmSnapshot& film, CleanFilm clean) {
+  std::vector<ColorPlanes>& light_out = clean.light.clean;
+  std::vector<ColorPlanes>& alpha_out = clean.alpha.clean;
+  const std::vector<HalfPicture>& alpha = clean.alpha.plain;
+  keep_even_places(film, clean.light.plain, alpha, light_out, alpha_out);
+  const std::array halves = {half_picture(film, 0, HalfPart::kOverWhite, clean.calm[0]),
+                             half_picture(film, 1, HalfPart::kOverWhite, clean.calm[1])};
   for (std::size_t h = 0; h < 2; ++h) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-        light_out.planes[h][c][i] += 1 - alpha_out->planes[h][c][i];
+        light_out[h][c][i] += 1 - alpha_out[h][c][i];
       }
     }
   }
-  MadeDenoised made = {
-      denoised_picture(film, halves, light_out.planes), std::move(light_out.by), {}};
+  MadeDenoised made = {denoised_picture(film, halves, light_out), std::move(clean.by), {}};
   DenoisedPicture& out = made.picture;
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-    const float full = 0.5F * (alpha_out->planes[0][0][i] + alpha_out->planes[1][0][i]);
+    const float full = 0.5F * (alpha_out[0][0][i] + alpha_out[1][0][i]);
     const float plain = 0.5F * (alpha[0].mean[0][i] + alpha[1].mean[0][i]);
     out.full_alpha.push_back(full);
     out.mixed_alpha.push_back(full + out.weight[i] * (plain - full));
@@ -387,7 +379,7 @@ double DenoisedPicture::tile_error(DenoiseMode mode, std::size_t tile) const {
 }
 
 std::size_t DenoisedPicture::bytes() const noexcept {
-  constexpr std::size_t kPlanes = 17;
+  constexpr std::size_t kPlanes = 20;
   return full[0].size() * kPlanes * sizeof(float) +
          plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(double));
 }
@@ -408,40 +400,95 @@ DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfP
   for (std::size_t c = 0; c < 3; ++c) {
     out.full[c].resize(film.pixel_count());
     out.mixed[c].resize(film.pixel_count());
+    out.apart[c].resize(film.pixel_count());
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
       const float f = 0.5F * (clean.a[c][i] + clean.b[c][i]);
       const float mean = 0.5F * (shown.a[c][i] + shown.b[c][i]);
       out.full[c][i] = f;
       out.mixed[c][i] = f + out.weight[i] * (mean - f);
+      out.apart[c][i] = 0.5F * (clean.a[c][i] - clean.b[c][i]);
     }
   }
   fill_bias(raw, clean, out);
   return out;
 }
 
-Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
+Result<CleanFilm> clean_film(const FilmSnapshot& film, const FeaturePicture* features,
                              const Denoiser& denoiser, const ParallelFor& parallel) {
   // Fireflies are set aside before a denoiser can spread them.
-  const CalmFactors calm = calm_factors(film);
-  const std::array halves = {half_picture(film, 0, HalfPart::kLight, calm[0], features),
-                             half_picture(film, 1, HalfPart::kLight, calm[1], features)};
-  auto filtered = denoiser.denoise(halves, features, parallel);
-  if (!filtered) {
-    return filtered.error();
+  CleanFilm out;
+  out.calm = calm_factors(film);
+  for (const int half : {0, 1}) {
+    const std::vector<float>& factors = out.calm[static_cast<std::size_t>(half)];
+    out.light.plain.push_back(half_picture(film, half, HalfPart::kLight, factors, features));
   }
+  auto light = denoiser.denoise(out.light.plain, features, parallel);
+  if (!light) {
+    return light.error();
+  }
+  out.light.clean = std::move(light->planes);
+  out.by = std::move(light->by);
+  if (film.errors_over_white) {
+    for (const int half : {0, 1}) {
+      out.alpha.plain.push_back(half_picture(film, half, HalfPart::kAlpha));
+    }
+    const auto surfaces =
+        features != nullptr ? std::make_unique<FeaturePicture>(colorless(*features)) : nullptr;
+    auto alpha = denoiser.denoise(out.alpha.plain, surfaces.get(), parallel);
+    if (!alpha) {
+      return alpha.error();
+    }
+    out.alpha.clean = std::move(alpha->planes);
+  }
+  return out;
+}
+
+CleanFilm mean_in_series(CleanFilm own, const FeaturePicture* features,
+                         std::span<const CleanNeighbour> others) {
+  std::vector<SeriesFrame> light;
+  for (const CleanNeighbour& other : others) {
+    light.push_back({&other.film->light, other.features, other.match});
+  }
+  std::vector<ColorPlanes> mean = mean_of_frames(own.light, features, light);
+  if (!own.alpha.clean.empty()) {
+    // Coverage has no colour that its features would divide it by.
+    std::vector<FeaturePicture> surfaces;
+    surfaces.reserve(others.size());
+    std::vector<SeriesFrame> alpha;
+    for (const CleanNeighbour& other : others) {
+      const bool has_features = other.features != nullptr;
+      alpha.push_back({&other.film->alpha,
+                       has_features ? &surfaces.emplace_back(colorless(*other.features)) : nullptr,
+                       other.match});
+    }
+    const auto here =
+        features != nullptr ? std::make_unique<FeaturePicture>(colorless(*features)) : nullptr;
+    own.alpha.clean = mean_of_frames(own.alpha, here.get(), alpha);
+  }
+  own.light.clean = std::move(mean);
+  own.by.frames = static_cast<int>(others.size());
+  return own;
+}
+
+MadeDenoised denoised(const FilmSnapshot& film, const FeaturePicture* features, CleanFilm clean) {
   if (features != nullptr) {
-    average_backdrop(film, *features, halves, filtered->planes);
+    average_backdrop(film, *features, clean.light.plain, clean.light.clean);
   }
-  Result<MadeDenoised> made =
+  const SetAside taken = taken_by(film, clean.calm);
+  MadeDenoised made =
       film.errors_over_white
-          ? denoise_over_white(film, features, denoiser, parallel, halves, calm,
-                               *std::move(filtered))
-          : MadeDenoised{
-                denoised_picture(film, halves, filtered->planes), std::move(filtered->by), {}};
-  if (made) {
-    made->picture.set_aside = taken_by(film, calm);
-  }
+          ? composed_over_white(film, std::move(clean))
+          : MadeDenoised{denoised_picture(film, clean.light.plain, clean.light.clean),
+                         std::move(clean.by),
+                         {}};
+  made.picture.set_aside = taken;
   return made;
+}
+
+Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
+                             const Denoiser& denoiser, const ParallelFor& parallel) {
+  auto clean = clean_film(film, features, denoiser, parallel);
+  return clean ? Result<MadeDenoised>(denoised(film, features, *std::move(clean))) : clean.error();
 }
 
 std::uint64_t denoising_bytes(std::uint64_t pixels) {

@@ -24,6 +24,7 @@
 #include <string>
 
 #include "core/denoise/denoiser.h"
+#include "core/denoise/series_mean.h"
 #include "core/error/error_estimate.h"
 #include "core/film/set_aside.h"
 
@@ -46,6 +47,7 @@ struct DenoisedPicture {
   /// Error of `mixed` and `full`, over kDenoisedWindow.
   Plane mixed_error;
   Plane full_error;
+  ColorPlanes apart;       ///< (FA - FB) / 2, as errors are measured
   ColorPlanes bias;        ///< F - I, pooled over kBiasWindow
   ColorPlanes bias_error;  ///< its standard error
   std::vector<TileSums> plain_tiles;
@@ -85,6 +87,28 @@ struct MadeDenoised {
 /// Pre: every pixel of the film has samples of both halves. features: null, or of the film's crop.
 Result<MadeDenoised> denoise(const FilmSnapshot& film, const FeaturePicture* features,
                              const Denoiser& denoiser, const ParallelFor& parallel);
+
+/// A film's halves, with those denoised. Steps of denoise(), for images of a series.
+struct CleanFilm {
+  CleanHalves light;
+  CleanHalves alpha;  ///< if the film's errors are those over white
+  CalmFactors calm;
+  DenoiserFacts by;
+};
+Result<CleanFilm> clean_film(const FilmSnapshot& film, const FeaturePicture* features,
+                             const Denoiser& denoiser, const ParallelFor& parallel);
+/// An image before or after. Pre: of the same size, with features if the image has some.
+struct CleanNeighbour {
+  const CleanFilm* film = nullptr;
+  const FeaturePicture* features = nullptr;
+  const FrameMatch* match = nullptr;
+};
+/// Averages the denoised halves with those of the neighbours (core/denoise/series_mean.h).
+CleanFilm mean_in_series(CleanFilm own, const FeaturePicture* features,
+                         std::span<const CleanNeighbour> others);
+/// Pre: `clean` is of the film and features.
+MadeDenoised denoised(const FilmSnapshot& film, const FeaturePicture* features, CleanFilm clean);
+
 /// The same for halves that are already denoised. halves: A, B as they are shown; filtered: FA, FB.
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
                                  std::span<const ColorPlanes> filtered);

@@ -70,6 +70,7 @@ struct DenoiserFacts {
   std::string version;
   std::string sha256;   ///< hex, of the file with the learnt weights; empty: none
   std::string quality;  ///< empty: there is only one
+  int frames = 0;       ///< neighbours in the series that it is averaged with
 };
 
 /// Returns text such as "oidn 2.5.1, balanced, sha256 ...".

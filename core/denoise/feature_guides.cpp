@@ -90,4 +90,31 @@ ColorPlanes surface_colors(const FeaturePicture& f) {
   return out;
 }
 
+Plane agreement_with_source(const FeaturePicture& features, const FeaturePicture& other,
+                            const FrameMatch& match) {
+  const FeatureGuides own = make_guides(features);
+  const FeatureGuides there = make_guides(other);
+  Plane out(match.source.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (match.source[i] < 0) {
+      continue;
+    }
+    const auto j = static_cast<std::size_t>(match.source[i]);
+    float squares = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float d = (features.albedo[c][i] - other.albedo[c][j]) / kAlbedoSigma;
+      squares += d * d;
+    }
+    const float noise =
+        (features.albedo_variance[i] + other.albedo_variance[j]) / (kAlbedoSigma * kAlbedoSigma);
+    const float dz = own.depth[i] + match.farther_m[i] - there.depth[j];
+    const float of_depth = own.depth_tolerance[i] + there.depth_tolerance[j] +
+                           std::max(own.depth_slope[i], there.depth_slope[j]) + 1e-20F;
+    const float apart = squares / (1 + noise) + dz * dz / of_depth;
+    const float near = std::max(1 - apart * (1 / kMostDeviations2), 0.0F);
+    out[i] = near * near;
+  }
+  return out;
+}
+
 }  // namespace core

@@ -34,6 +34,9 @@ std::string to_text(const DenoiserFacts& facts) {
   if (!facts.sha256.empty()) {
     out.append(", sha256 ").append(facts.sha256);
   }
+  if (facts.frames > 0) {
+    out.append(", with ").append(std::to_string(facts.frames)).append(" more of the series");
+  }
   return out;
 }
 

@@ -33,9 +33,6 @@ constexpr double kMostShare = 0.02;
 /// of the floor's square root are invisible.
 constexpr double kInvisible = 0.01;
 
-/// Features that differ by more than three standard deviations have agreement 0.
-constexpr float kMostDeviations2 = 9;
-
 constexpr int kTileWidth = 128;
 constexpr int kTileHeight = 64;
 constexpr int kMargin = kRadius + kPatch;

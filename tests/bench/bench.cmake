@@ -37,6 +37,10 @@ if(TARGET core_scene_io AND TARGET core_image_io)
     bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
   target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
 
+  # Flicker of denoised frames, alone and in series.
+  add_executable(flicker_bench bench/flicker_bench.cpp render/asset_files.cpp)
+  target_link_libraries(flicker_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+
   # Mixed images beside denoised and plain ones, and FLIP beside the error.
   add_executable(mixed_bench bench/mixed_bench.cpp bench/asset_groups.cpp bench/bench_views.cpp
     bench/named_view.cpp render/asset_files.cpp)

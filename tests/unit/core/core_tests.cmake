@@ -46,6 +46,8 @@ set(CORE_TEST_SOURCES
   round_facets_test.cpp
   sample_sets_test.cpp
   sampler_test.cpp
+  match_pass_test.cpp
+  series_denoise_test.cpp
   set_aside_test.cpp
   shared_lights_test.cpp
   single_faces_test.cpp

@@ -101,7 +101,8 @@ std::vector<std::string_view> error_names() {
   return names;
 }
 
-/// Returns the members of `own` that differ from those of `usual`.
+/// Returns the members of `own` that differ from those of `usual`, as a merge patch: null for those
+/// that it lacks.
 Json difference(const Json& own, const Json& usual) {
   Json patch = Json::object();
   for (const auto& member : own.items()) {
@@ -114,6 +115,11 @@ Json difference(const Json& own, const Json& usual) {
       continue;
     }
     patch[member.key()] = other.is_object() ? difference(member.value(), other) : member.value();
+  }
+  for (const auto& member : usual.items()) {
+    if (!own.contains(member.key())) {
+      patch[member.key()] = nullptr;
+    }
   }
   return patch;
 }

@@ -26,6 +26,12 @@ constexpr auto integrator_row() {
       number(
           "max_depth", [](auto& s) -> auto& { return s.render.max_depth; }, {0, limits::kMaxDepth},
           "Scattering events on a path; 0 shows emitters only, 1 adds direct light."),
+      own_option(
+          "/integrator/caustics",
+          choice(
+              "caustics", [](auto& s) -> auto& { return s.render.caustics; }, &core::caustics_types,
+              "Whether photons bring what lamps and sun send through glass and water or off "
+              "mirrors. The job then has the options, and the type, of path-caustics.")),
       own_option("/integrator/photons",
                  number(
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },

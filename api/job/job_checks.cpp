@@ -145,12 +145,13 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     return;
   }
   // Stored jobs may name an integrator that this build lacks.
-  const bool is_known = core::find_integrator(spec.render.integrator) != nullptr;
+  const core::RenderSettings render = core::with_caustics(spec.render);
+  const bool is_known = core::find_integrator(render.integrator) != nullptr;
   if (spec.denoise.type == core::DenoiserType::kNone) {
     faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
-  } else if (is_known && !core::halves_show_error(spec.render)) {
+  } else if (is_known && !core::halves_show_error(render)) {
     faults.add("/stop/denoised_error",
-               "the error of denoised images of integrator '" + spec.render.integrator +
+               "the error of denoised images of integrator '" + render.integrator +
                    "' is unknown: its images are biased, and their halves show only the noise; "
                    "give relative_error, samples_per_pixel or seconds");
   }

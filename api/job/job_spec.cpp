@@ -376,12 +376,24 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-/// Returns the integrator named by the request, or the default one.
-std::string integrator_of(const Json& request) {
-  const Json::json_pointer type("/integrator/type");
-  return request.contains(type) && request.at(type).is_string()
-             ? request.at(type).get<std::string>()
-             : core::RenderSettings{}.integrator;
+std::string text_at(const Json& request, const char* pointer, std::string_view usual) {
+  const Json::json_pointer at(pointer);
+  return request.contains(at) && request.at(at).is_string() ? request.at(at).get<std::string>()
+                                                            : std::string(usual);
+}
+
+/// Returns the defaults of the integrator named by the request, or of the default one.
+core::RenderSettings defaults_of(const Json& request) {
+  const core::RenderSettings usual;
+  const std::string type = text_at(request, "/integrator/type", usual.integrator);
+  const Json::json_pointer target("/stop/relative_error");
+  const bool has_error_target = request.contains(target) && !request.at(target).is_null();
+  core::RenderSettings out = core::default_settings(type, has_error_target);
+  if (type == usual.integrator && text_at(request, "/integrator/caustics", "off") != "off") {
+    out = core::default_settings(core::kCausticsIntegrator);
+    out.integrator = type;
+  }
+  return out;
 }
 
 }  // namespace
@@ -392,9 +404,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
     return value.problem();
   }
   ParsedJob job;
-  const Json::json_pointer target("/stop/relative_error");
-  job.spec.render = core::default_settings(integrator_of(*value),
-                                           value->contains(target) && !value->at(target).is_null());
+  job.spec.render = defaults_of(*value);
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
   settle_stage(*value, job.spec);

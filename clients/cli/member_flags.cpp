@@ -92,6 +92,8 @@ constexpr std::array kViewFlags = {
 constexpr std::array kMethodFlags = {
     MemberFlag{"--integrator", "/integrator/type", Value::kText, "T",
                "Algorithm that traces light paths", "path"},
+    MemberFlag{"--caustics", "/integrator/caustics", Value::kText, "MODE",
+               "Photons of caustics for path: off, on, auto", "off"},
     MemberFlag{"--sampler", "/sampler/type", Value::kText, "T", "Sequence of sample points",
                "sobol"},
     MemberFlag{"--light-sampler", "/light_sampler/type", Value::kText, "T", "Light selection",

@@ -10,7 +10,8 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 15> kPathOptions = {
+constexpr std::array<std::string_view, 16> kPathOptions = {
+    "/integrator/caustics",
     "/integrator/max_depth",
     "/estimator/strategy",
     "/estimator/mis",
@@ -78,7 +79,7 @@ constexpr std::array kIntegrators = {
                           settings.estimator.splitting = SplittingType::kMeasured;
                         }},
     IntegratorEntry{
-        .name = "path-caustics",
+        .name = kCausticsIntegrator,
         .summary = "Path tracing, and photons of caustics: of light that smooth surfaces alone "
                    "bring to others, weighted by MIS. For glass, water, mirrors and jewels beside "
                    "other light.",

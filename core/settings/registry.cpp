@@ -138,6 +138,22 @@ constexpr std::array kSplittingTypes = {
         "that a pilot of 4096 paths measures before rendering."},
 };
 
+constexpr std::array kCausticsTypes = {
+    NamedValue<CausticsType>{"off", CausticsType::kOff,
+                             "Paths from the camera alone; they find caustics by chance."},
+    NamedValue<CausticsType>{"on",
+                             CausticsType::kOn,
+                             "Photons of caustics too: integrator `path-caustics`.",
+                             {},
+                             "consistent"},
+    NamedValue<CausticsType>{"auto",
+                             CausticsType::kAuto,
+                             "`on` if the camera sees caustics, and small pilot images with them "
+                             "are more efficient; the job reports the choice.",
+                             {},
+                             "consistent"},
+};
+
 constexpr std::array kControlVariateTypes = {
     NamedValue<ControlVariateType>{"none", ControlVariateType::kNone, "Plain light samples."},
     NamedValue<ControlVariateType>{
@@ -276,6 +292,7 @@ std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
 std::span<const NamedValue<MisType>> mis_types() { return kMisTypes; }
 std::span<const NamedValue<RouletteType>> roulette_types() { return kRouletteTypes; }
 std::span<const NamedValue<SplittingType>> splitting_types() { return kSplittingTypes; }
+std::span<const NamedValue<CausticsType>> caustics_types() { return kCausticsTypes; }
 std::span<const NamedValue<ControlVariateType>> control_variate_types() {
   return kControlVariateTypes;
 }
@@ -338,6 +355,15 @@ RenderSettings default_settings(std::string_view integrator, bool has_error_targ
     settings.adaptive.type = AdaptiveType::kPilot;
   }
   return settings;
+}
+
+RenderSettings with_caustics(const RenderSettings& settings) {
+  RenderSettings out = settings;
+  if (settings.integrator == "path" && settings.caustics != CausticsType::kOff) {
+    out.integrator = kCausticsIntegrator;
+    out.caustics = CausticsType::kOff;
+  }
+  return out;
 }
 
 std::string_view bias_of(const RenderSettings& settings) {

@@ -68,6 +68,10 @@ struct IntegratorEntry {
 };
 /// Replaced by the row that choose_integrator() picks (core/render/task/choose_integrator.h).
 inline constexpr std::string_view kAutomaticIntegrator = "auto";
+/// Replaces `path` if it traces photons (core/render/task/choose_integrator.h).
+inline constexpr std::string_view kCausticsIntegrator = "path-caustics";
+/// Returns the settings as they are rendered with caustics, if they may be.
+RenderSettings with_caustics(const RenderSettings& settings);
 /// The table is in core/integrators/registry.cpp.
 std::span<const IntegratorEntry> integrators();
 /// Returns null if there is no such row.
@@ -95,6 +99,7 @@ std::span<const NamedValue<Strategy>> strategies();
 std::span<const NamedValue<MisType>> mis_types();
 std::span<const NamedValue<RouletteType>> roulette_types();
 std::span<const NamedValue<SplittingType>> splitting_types();
+std::span<const NamedValue<CausticsType>> caustics_types();
 std::span<const NamedValue<ControlVariateType>> control_variate_types();
 std::span<const NamedValue<bool>> expected_value_types();
 std::span<const NamedValue<bool>> spectral_types();

@@ -175,6 +175,7 @@ struct Option {
 constexpr auto kEstimator = &RenderSettings::estimator;
 constexpr std::array kOptions = {
     Option{"/integrator/max_depth", &same<&RenderSettings::max_depth>},
+    Option{"/integrator/caustics", &same<&RenderSettings::caustics>},
     Option{"/integrator/photons", &same_in<&RenderSettings::photons, &PhotonSettings::paths>},
     Option{"/integrator/radius_m", &same_in<&RenderSettings::photons, &PhotonSettings::radius_m>},
     Option{"/integrator/alpha", &same_in<&RenderSettings::photons, &PhotonSettings::alpha>},
@@ -320,13 +321,17 @@ class Walk {
 
 }  // namespace
 
-std::vector<BrokenRule> broken_rules(const RenderSettings& settings, const CameraSettings& camera,
+std::vector<BrokenRule> broken_rules(const RenderSettings& asked, const CameraSettings& camera,
                                      const SceneTraits* scene) {
+  const RenderSettings settings = with_caustics(asked);
   const IntegratorEntry* row = find_integrator(settings.integrator);
   if (row == nullptr) {
     return {{"/integrator/type", "this build has no integrator '" + settings.integrator + "'"}};
   }
-  const Job job = {settings, camera, scene, *row};
+  SceneTraits traits = scene != nullptr ? *scene : SceneTraits{};
+  // Where a scene disperses light, `auto` leaves caustics off.
+  traits.has_dispersion = traits.has_dispersion && asked.caustics != CausticsType::kAuto;
+  const Job job = {settings, camera, scene != nullptr ? &traits : nullptr, *row};
   Walk walk(job);
   walk.crop();
   walk.options();
@@ -334,6 +339,18 @@ std::vector<BrokenRule> broken_rules(const RenderSettings& settings, const Camer
   walk.exclusions();
   walk.shares();
   walk.shared_paths();
+  if (settings.integrator != asked.integrator) {
+    // Options of photons are those of the integrator that has them in its name.
+    const Job named = {asked, camera, scene, row_of(integrators(), asked.integrator)};
+    Walk of_path(named);
+    of_path.options();
+    for (BrokenRule& rule : of_path.broken) {
+      if (std::none_of(walk.broken.begin(), walk.broken.end(),
+                       [&](const BrokenRule& other) { return other.pointer == rule.pointer; })) {
+        walk.broken.push_back(std::move(rule));
+      }
+    }
+  }
   return std::move(walk.broken);
 }
 

@@ -129,6 +129,9 @@ struct AdaptiveSettings {
   int dilation = 1;  ///< radius in pixels (tiles with kTile) over which the maximum need is taken
 };
 
+/// Whether `path` traces photons of caustics, which makes it the integrator `path-caustics`.
+enum class CausticsType { kOff, kOn, kAuto };
+
 /// Photon mapping: integrators `sppm` and `photon-map`.
 struct PhotonSettings {
   int paths = 0;           ///< particles per sample of the pixels; 0: photon_paths()
@@ -221,6 +224,7 @@ struct RenderSettings {
   FilmSettings film;
   std::string integrator = "path";
   int max_depth = 16;
+  CausticsType caustics = CausticsType::kOff;
   EstimatorSettings estimator;
   SamplerType sampler = SamplerType::kSobol;
   int replicates = 2;       ///< even, at least 2

@@ -32,9 +32,9 @@ namespace {
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
 /// Returns the settings with the greatest needs: `auto` may choose sppm if the job has no error
-/// target.
+/// target, and path photons of caustics.
 core::RenderSettings largest_settings(const api::JobSpec& spec) {
-  core::RenderSettings out = spec.render;
+  core::RenderSettings out = core::with_caustics(spec.render);
   if (out.integrator == core::kAutomaticIntegrator && !spec.stop.has_error_target()) {
     out.integrator = "sppm";
   }
@@ -74,7 +74,8 @@ MemoryPart prepass_part(const api::JobSpec& spec) {
   if (spec.render.integrator == core::kAutomaticIntegrator) {
     return {bytes, "/integrator/type", "photons, should sppm be chosen", "Choose path or bdpt"};
   }
-  const core::IntegratorEntry* row = core::find_integrator(spec.render.integrator);
+  const core::IntegratorEntry* row =
+      core::find_integrator(core::with_caustics(spec.render).integrator);
   const bool is_of_photons =
       row != nullptr && std::find(row->accepts.begin(), row->accepts.end(),
                                   "/integrator/photons") != row->accepts.end();
@@ -251,6 +252,7 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
     const auto modify = [&](JobRecord& record) -> Verdict {
       core::RenderSettings& render = record.view.spec.render;
       render.integrator = view->settings.integrator;
+      render.caustics = view->settings.caustics;
       render.estimator = view->settings.estimator;
       render.adaptive = view->settings.adaptive;
       record.view.warnings.push_back(*settled);

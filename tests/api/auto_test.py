@@ -35,6 +35,20 @@ class Auto(ApiTest):
         self.assertIn(job["spec"]["integrator"]["type"], ("path", "bdpt"))
         self.assertTrue(job["error"]["valid"])
 
+    def test_caustics_make_path_trace_photons_where_the_camera_sees_some(self):
+        for scene, caustics, chosen in (("caustic-pool", "on", "path-caustics"),
+                                        ("cornell-box", "auto", "path")):
+            wanted = body("path", scene=scene)
+            wanted["integrator"]["caustics"] = caustics
+            job = self.server.render(wanted)
+            said = [w for w in job["warnings"] if w.startswith("integrator.caustics:")]
+            self.assertEqual(len(said), 1)
+            self.assertEqual(job["spec"]["integrator"]["type"], chosen, said)
+            self.assertEqual("caustics" in job["spec"]["integrator"], chosen == "path")
+            named = self.server.render(body(chosen, scene=scene))
+            self.assertEqual(job["film_digest"], named["film_digest"])
+            self.assertEqual(job["error"]["bias"], named["error"]["bias"])
+
     def test_path_has_its_own_defaults(self):
         # Fog is path's, so no pilot is needed.
         fog = {"type": "homogeneous", "scattering": [0.1, 0.1, 0.1], "absorption": [0, 0, 0]}

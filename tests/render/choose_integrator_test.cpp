@@ -103,6 +103,34 @@ core::View caustic() {
   return view;
 }
 
+TEST(ChooseCaustics, TracesPhotonsWhereTheCameraSeesACausticThatPathsMiss) {
+  core::View box = automatic("cornell-box");
+  core::View pool = automatic("caustic-pool");
+  box.settings.integrator = pool.settings.integrator = "path";
+  const auto without = core::choose_caustics(box);
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->integrator, "path");
+  EXPECT_EQ(without->reason, "'path', since the camera sees no caustic");
+  const auto with = core::choose_caustics(pool);
+  ASSERT_TRUE(with);
+  EXPECT_EQ(with->integrator, "path-caustics") << with->reason;
+  pool.settings.seed = 5;
+  EXPECT_EQ(core::choose_caustics(pool)->reason, with->reason);
+}
+
+TEST(ChooseCaustics, SettlesWithTheDefaultsOfTheChoice) {
+  for (const auto caustics : {core::CausticsType::kOn, core::CausticsType::kAuto}) {
+    core::View view = automatic("caustic-pool");
+    view.settings.integrator = "path";
+    view.settings.caustics = caustics;
+    const auto settled = core::settle_integrator(view, {});
+    ASSERT_TRUE(settled);
+    EXPECT_TRUE(settled->starts_with("integrator.caustics: '")) << *settled;
+    EXPECT_EQ(view.settings.integrator, "path-caustics");
+    EXPECT_EQ(view.settings.caustics, core::CausticsType::kOff);
+  }
+}
+
 TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
   for (const auto& [view, integrator] :
        {std::pair(automatic("cornell-box"), "path"), std::pair(caustic(), "bdpt")}) {

@@ -259,6 +259,11 @@ export interface JobRequestIntegrator {
   /** Scattering events on a path; 0 shows emitters only, 1 adds direct light. Default: 16. */
   max_depth?: number;
   /**
+   * Whether photons bring what lamps and sun send through glass and water or off mirrors. The job
+   * then has the options, and the type, of path-caustics. Default: "off".
+   */
+  caustics?: string;
+  /**
    * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
    * film, at least 4096 and at most 262144. Default: 0.
    */

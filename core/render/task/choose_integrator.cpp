@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "core/error/error_estimate.h"
+#include "core/integrators/census.h"
 #include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
@@ -24,19 +26,30 @@ constexpr double kPixels = 64.0 * 64.0;
 /// noise is in rarer paths.
 /// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
 /// cornell-box, interior, glass, keyhole, caustic-pool and many-lights (bdpt 1.7 to 6.1, sppm 1.4
-/// to 5.9), from `cpu_seconds` and `rays` of `tessera render SCENE --integrator NAME --json`.
+/// to 5.9, path-caustics 3.0 to 10), from `cpu_seconds` and `rays` of `tessera render SCENE
+/// --integrator NAME --json`.
 /// advantage: required over path. For bdpt because pilots are only this accurate, and path offers
 /// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
-/// allow. For sppm because its squared error falls as N^(-2/3), that of path as 1/N: one that is
-/// four times as efficient at 16 samples is as good at 1,024.
+/// allow. For sppm and path-caustics because their squared error falls as N^(-2/3), that of path as
+/// 1/N: one that is four times as efficient at 16 samples is as good at 1,024.
 struct Candidate {
   std::string_view integrator;
   int samples;  ///< of the pilot, rounded to what the sampler can produce
   double ray_weight;
   double advantage;
 };
-constexpr std::array<Candidate, 3> kCandidates = {
-    {{"path", 64, 1.0, 1.0}, {"bdpt", 16, 2.8, 1.5}, {"sppm", 16, 2.4, 4.0}}};
+constexpr std::array<Candidate, 4> kCandidates = {{{"path", 64, 1.0, 1.0},
+                                                   {"bdpt", 16, 2.8, 1.5},
+                                                   {"sppm", 16, 2.4, 4.0},
+                                                   {kCausticsIntegrator, 16, 4.9, 4.0}}};
+/// Those of `auto`; the last one only without an error target.
+constexpr std::array<std::size_t, 3> kOfAuto = {0, 1, 2};
+constexpr std::array<std::size_t, 2> kOfCaustics = {0, 3};
+
+const Candidate& candidate(std::string_view integrator) {
+  return *std::find_if(kCandidates.begin(), kCandidates.end(),
+                       [&](const Candidate& row) { return row.integrator == integrator; });
+}
 
 class NullSink final : public RenderSink {
   void on_tile(int, std::uint32_t) override {}
@@ -223,7 +236,7 @@ std::size_t best_of(std::span<const PilotFigures> pilots) {
   std::size_t out = 0;
   double best = 0;
   for (std::size_t k = 0; k < pilots.size(); ++k) {
-    const double score = pilots[k].efficiency / kCandidates[k].advantage;
+    const double score = pilots[k].efficiency / candidate(pilots[k].integrator).advantage;
     if (score > best && (is_complete(pilots[k]) || !some_are)) {
       best = score;
       out = k;
@@ -290,7 +303,7 @@ std::string text_of(const IntegratorChoice& choice) {
     }
     efficiencies += in_words(pilot.efficiency) + " (" + name + ")" + comma;
     if (k > 0) {
-      advantages += in_words(kCandidates[k].advantage) + " for " + name + comma;
+      advantages += in_words(candidate(name).advantage) + " for " + name + comma;
     }
   }
   return "'" + std::string(choice.integrator) + "', since small pilot images have efficiencies " +
@@ -300,17 +313,41 @@ std::string text_of(const IntegratorChoice& choice) {
 
 }  // namespace
 
-Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
-                                           const std::stop_token& stop) {
-  IntegratorChoice choice;
-  choice.integrator = kCandidates[0].integrator;
-  if (const std::string why = without_pilot(view); !why.empty()) {
-    choice.reason = "'path', since " + why;
-    return choice;
+namespace {
+
+/// Particles that look for caustics. If none of them is one, with 95% confidence at most
+/// -log(0.05) / 16,384 of all light is, 0.02%.
+constexpr int kCausticParticles = 1 << 14;
+
+/// Returns whether a particle comes to what the camera sees through or off smooth surfaces alone.
+Result<bool> sees_caustics(const View& view) {
+  const View small = pilot_view(view, kCandidates[0].integrator);
+  const auto camera = camera_of(small);
+  if (!camera) {
+    return camera.error();
   }
-  std::vector<PilotImage> images(may_be_biased(view, has_error_target) ? 3 : 2);
+  const FilmSettings& film = small.settings.film;
+  LightCensus census(
+      {small.scene->data(), small.environment.get(), small.settings, &camera->first()},
+      tile_rects({0, 0, film.width, film.height}));
+  census.trace(0, kCausticParticles);
+  for (int tile = 0; tile < census.tile_count(); ++tile) {
+    for (int r = 0; r < LightRoute::kCount; ++r) {
+      const CensusHits hits = census.hits(tile, LightRoute::at(r));
+      if (LightRoute::at(r).is_caustic() && hits.open + hits.held > 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+Result<IntegratorChoice> choose_among(const View& view, std::span<const std::size_t> candidates,
+                                      const std::stop_token& stop) {
+  IntegratorChoice choice;
+  std::vector<PilotImage> images(candidates.size());
   for (std::size_t k = 0; k < images.size(); ++k) {
-    auto figures = run_pilot(view, kCandidates[k], images[k], stop);
+    auto figures = run_pilot(view, kCandidates[candidates[k]], images[k], stop);
     if (!figures) {
       return figures.error();
     }
@@ -330,22 +367,57 @@ Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_targ
   return choice;
 }
 
+}  // namespace
+
+Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
+                                           const std::stop_token& stop) {
+  if (const std::string why = without_pilot(view); !why.empty()) {
+    return IntegratorChoice{kCandidates[0].integrator, "'path', since " + why, {}};
+  }
+  return choose_among(view, std::span(kOfAuto).first(may_be_biased(view, has_error_target) ? 3 : 2),
+                      stop);
+}
+
+Result<IntegratorChoice> choose_caustics(const View& view, const std::stop_token& stop) {
+  std::string why = without_pilot(view);
+  if (why.empty()) {
+    const auto sees = sees_caustics(view);
+    if (!sees) {
+      return sees.error();
+    }
+    why = *sees ? "" : "the camera sees no caustic";
+  }
+  if (!why.empty()) {
+    return IntegratorChoice{kCandidates[0].integrator, "'path', since " + why, {}};
+  }
+  return choose_among(view, kOfCaustics, stop);
+}
+
 Result<std::string> settle_integrator(View& view, const StopRules& rules,
                                       const std::stop_token& stop) {
-  if (view.settings.integrator != kAutomaticIntegrator) {
+  RenderSettings& settings = view.settings;
+  const CausticsType caustics = std::exchange(settings.caustics, CausticsType::kOff);
+  if (caustics == CausticsType::kOn) {
+    settings.integrator = kCausticsIntegrator;
+    return std::string("integrator.caustics: 'on' is integrator 'path-caustics'.");
+  }
+  const bool is_automatic = settings.integrator == kAutomaticIntegrator;
+  if (!is_automatic && caustics == CausticsType::kOff) {
     return std::string();
   }
-  const auto choice = choose_integrator(view, rules.has_error_target(), stop);
+  const auto choice = is_automatic ? choose_integrator(view, rules.has_error_target(), stop)
+                                   : choose_caustics(view, stop);
   if (!choice) {
     return choice.error();
   }
-  // `auto` accepts no options of estimators and no adaptive sampling, so they are not set.
+  // Both accept no options of estimators and no adaptive sampling, so they are not set.
   const RenderSettings defaults =
       default_settings(choice->integrator, rules.relative_error.has_value());
-  view.settings.integrator = defaults.integrator;
-  view.settings.estimator = defaults.estimator;
-  view.settings.adaptive = defaults.adaptive;
-  return "integrator.type: 'auto' chose " + choice->reason + ".";
+  settings.integrator = defaults.integrator;
+  settings.estimator = defaults.estimator;
+  settings.adaptive = defaults.adaptive;
+  return (is_automatic ? "integrator.type: 'auto' chose " : "integrator.caustics: 'auto' chose ") +
+         choice->reason + ".";
 }
 
 }  // namespace core

@@ -1,4 +1,5 @@
-/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each.
+/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each, and whether
+/// `path` traces photons of caustics.
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
 /// squared error of the pilot's pixels, relative in each tile to the light that the pilots found
@@ -45,7 +46,7 @@ struct PilotFigures {
 struct IntegratorChoice {
   std::string_view integrator;       ///< a row of integrators()
   std::string reason;                ///< a full sentence
-  std::vector<PilotFigures> pilots;  ///< path, bdpt and perhaps sppm; empty if none was needed
+  std::vector<PilotFigures> pilots;  ///< path first; empty if none was needed
 };
 
 /// Chooses the integrator. has_error_target: not sppm, whose error is measured by images of bdpt
@@ -55,8 +56,13 @@ struct IntegratorChoice {
 Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
                                            const std::stop_token& stop = {});
 
-/// Replaces kAutomaticIntegrator by the choice, with its defaults, and returns a warning that names
-/// it. Returns an empty string if the job names its integrator. Errors: as above.
+/// Chooses path or kCausticsIntegrator, without pilots if no particle of a census comes to what the
+/// camera sees as a caustic. Pre: as above, of `path`. Errors: as above.
+Result<IntegratorChoice> choose_caustics(const View& view, const std::stop_token& stop = {});
+
+/// Replaces kAutomaticIntegrator, and `path` with caustics, by the choice, with its defaults, and
+/// returns a warning that names it. Returns an empty string if the job names its integrator.
+/// Errors: as above.
 Result<std::string> settle_integrator(View& view, const StopRules& rules,
                                       const std::stop_token& stop = {});
 
@@ -65,7 +71,7 @@ struct PilotImage {
   std::optional<FilmSnapshot> finer{};  ///< with half the radius, if the image is biased
 };
 
-/// Returns the index of the best of the candidates: path, bdpt and perhaps sppm.
+/// Returns the index of the best of the candidates.
 std::size_t best_of(std::span<const PilotFigures> pilots);
 
 /// Returns the relative squared errors of the pixels of images of the same size.

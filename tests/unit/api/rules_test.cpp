@@ -97,6 +97,14 @@ std::vector<Choice> all_choices() {
       };
     }
   }
+  for (const auto& row : core::caustics_types()) {
+    if (row.value != core::CausticsType::kOff) {  // as the parser does
+      add(out, "/integrator/caustics", std::string(row.name), [set = row.value](RenderSettings& s) {
+        s.caustics = set;
+        s.estimator.splitting = core::SplittingType::kNone;
+      });
+    }
+  }
   const auto estimator = [](auto member) {
     return [member](RenderSettings & s, CameraSettings&) -> auto& { return s.estimator.*member; };
   };

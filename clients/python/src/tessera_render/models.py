@@ -157,6 +157,7 @@ class JobRequestIntegrator(TypedDict):
 
     type: NotRequired[str]
     max_depth: NotRequired[int]
+    caustics: NotRequired[str]
     photons: NotRequired[int]
     radius_m: NotRequired[float]
     alpha: NotRequired[float]
@@ -577,6 +578,7 @@ class JobSpecIntegrator(TypedDict):
 
     type: str
     max_depth: int
+    caustics: NotRequired[str]
     photons: NotRequired[int]
     radius_m: NotRequired[float]
     alpha: NotRequired[float]

@@ -220,6 +220,7 @@ void World::check_view(const std::string& id, const KnownJob& known, const api::
   const std::string failure = view.failure ? view.failure->detail : "";
   if (view.state == JobState::kFailed && failure.find(kLoadFailure) == std::string::npos &&
       failure.find("/O error") == std::string::npos &&  // Of SQLite.
+      failure.find("the disk could not read it") == std::string::npos &&
       failure.find(std::strerror(EIO)) == std::string::npos) {
     fail("job " + id + " failed: " + failure);
   }

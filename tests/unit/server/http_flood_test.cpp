@@ -1,5 +1,6 @@
 // Too many connections: which are served and which are closed.
 
+#include <algorithm>
 #include <chrono>
 
 #include <gtest/gtest.h>
@@ -98,8 +99,10 @@ TEST(HttpFlood, TotalLimitAlsoAppliesToKnownClients) {
     EXPECT_EQ(Client(server).exchange(get("/echo/b")).body, "b");
   } while (server.http().stats().connections_evicted < 8 &&
            std::chrono::steady_clock::now() < deadline);
-  EXPECT_TRUE(idle.front()->is_closed_within(seconds(10)));
   EXPECT_GE(server.http().stats().connections_evicted, 8U);
+  // Any of them may have begun last to wait again.
+  EXPECT_TRUE(std::any_of(idle.begin(), idle.end(),
+                          [](const auto& client) { return client->is_closed_within(seconds(1)); }));
 }
 
 TEST(HttpFlood, DoesNotRefuseRequestsInProgress) {

@@ -237,6 +237,10 @@ std::int64_t Database::Session::last_row_id() const {
   return sqlite3_last_insert_rowid(db_->handle_);
 }
 
+std::int64_t Database::Session::total_changes() const {
+  return sqlite3_total_changes64(db_->handle_);
+}
+
 std::int64_t Database::Session::changes() const { return sqlite3_changes(db_->handle_); }
 
 core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) {

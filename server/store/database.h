@@ -101,6 +101,8 @@ class Database {
     core::Status execute(const char* sql);
     std::int64_t last_row_id() const;
     std::int64_t changes() const;
+    /// Returns the number of rows changed since the database was opened.
+    std::int64_t total_changes() const;
 
    private:
     friend class Database;

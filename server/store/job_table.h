@@ -144,8 +144,10 @@ class JobTable {
   struct Retention {
     double seconds = 0;
     std::int64_t count = 0;
+    friend bool operator==(const Retention&, const Retention&) = default;
   };
-  /// Returns ids of jobs to delete: by their own expiry, or by `retention`.
+  /// Returns ids of jobs to delete: by their own expiry, or by `retention`. While nothing is stored
+  /// and none is due, it does not ask the database.
   core::Result<std::vector<std::string>> expired(double now, const Retention& retention, int limit);
 
   /// Return whether jobs need the scene or asset: unfinished ones, and finished ones that can be
@@ -157,7 +159,15 @@ class JobTable {
   core::Result<std::map<std::string, std::int64_t>> count_by_state();
 
  private:
+  /// The last answer of expired(), if it was empty. Read and written in a session.
+  struct NoneDue {
+    std::int64_t changes = -1;  ///< of the database until then
+    Retention retention;
+    double until = 0;
+  };
+
   Database& database_;
+  NoneDue none_due_;
 };
 
 }  // namespace server

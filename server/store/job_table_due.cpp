@@ -1,5 +1,8 @@
 // Jobs due for deletion, and films without a job.
 
+#include <algorithm>
+#include <limits>
+
 #include "server/store/job_table.h"
 
 namespace server {
@@ -27,6 +30,10 @@ core::Result<std::vector<std::string>> first_column(Statement& select) {
 core::Result<std::vector<std::string>> JobTable::expired(double now, const Retention& retention,
                                                          int limit) {
   auto session = database_.session();
+  const std::int64_t changes = session.total_changes();
+  if (changes == none_due_.changes && retention == none_due_.retention && now < none_due_.until) {
+    return std::vector<std::string>();
+  }
   Statement own = session.prepare(
       "SELECT id FROM job_expiries JOIN jobs ON sequence=job WHERE delete_at<=?"
       " ORDER BY delete_at LIMIT ?");
@@ -50,6 +57,18 @@ core::Result<std::vector<std::string>> JobTable::expired(double now, const Reten
         " WHERE finished_at IS NOT NULL ORDER BY finished_at DESC LIMIT 1 OFFSET ?)"
         " ORDER BY finished_at LIMIT ?");
     add(beyond.bind(retention.count));
+  }
+  if (ids && ids->empty()) {
+    Statement first = session.prepare(
+        "SELECT min(delete_at),(SELECT min(finished_at) FROM jobs) FROM job_expiries");
+    if (first.step()) {
+      constexpr double kNever = std::numeric_limits<double>::infinity();
+      const double oldest = first.optional_real(1).value_or(kNever);
+      none_due_ = {.changes = changes,
+                   .retention = retention,
+                   .until = std::min(first.optional_real(0).value_or(kNever),
+                                     retention.seconds > 0 ? oldest + retention.seconds : kNever)};
+    }
   }
   return ids;
 }

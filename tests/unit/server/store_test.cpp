@@ -283,6 +283,32 @@ TEST_F(Store, ADeletedJobsFilmIsLooseUntilItsFileIsGone) {
   EXPECT_TRUE(jobs->loose_films()->empty());
 }
 
+// The answer "none" is remembered: what is stored afterwards, and time, must end that.
+TEST_F(Store, JobsExpireAtTheirTimeAlsoIfNoneWasDueBefore) {
+  const auto expired = [&](double now, const JobTable::Retention& retention = {}) {
+    return *jobs->expired(now, retention, 10);
+  };
+  const std::vector<std::string> none;
+  EXPECT_EQ(expired(100), none);
+  JobRow a = made_job(1, "a");
+  a.state = "finished";
+  a.finished_at = 40;
+  a.delete_at = 50;
+  ASSERT_TRUE(jobs->insert(a, {}, {}));
+  EXPECT_EQ(expired(100), std::vector<std::string>{"a"});
+  a.delete_at = 200;
+  ASSERT_TRUE(jobs->update(a, {}));
+  EXPECT_EQ(expired(199), none);
+  EXPECT_EQ(expired(200), std::vector<std::string>{"a"});
+  EXPECT_EQ(expired(199), none);  // The clock may be set back.
+  EXPECT_EQ(expired(199, {.seconds = 160}), none);
+  EXPECT_EQ(expired(199.5, {.seconds = 160}), none);
+  EXPECT_EQ(expired(200, {.seconds = 160}), (std::vector<std::string>{"a", "a"}));
+  EXPECT_EQ(expired(199, {.seconds = 150}), std::vector<std::string>{"a"});
+  ASSERT_TRUE(jobs->remove("a"));
+  EXPECT_EQ(expired(1000, {.seconds = 1}), none);
+}
+
 // Two jobs of a batch that end at once both find it ended.
 TEST_F(Store, ABatchIsReportedOnceUntilItsJobsRunAgain) {
   JobRow job = made_job(1, "a");

@@ -101,8 +101,7 @@ std::vector<std::string_view> error_names() {
   return names;
 }
 
-/// Returns the members of `own` that differ from those of `usual`, as a merge patch: null for those
-/// that it lacks.
+/// Returns the members of `own` that differ from those of `usual`.
 Json difference(const Json& own, const Json& usual) {
   Json patch = Json::object();
   for (const auto& member : own.items()) {
@@ -115,11 +114,6 @@ Json difference(const Json& own, const Json& usual) {
       continue;
     }
     patch[member.key()] = other.is_object() ? difference(member.value(), other) : member.value();
-  }
-  for (const auto& member : usual.items()) {
-    if (!own.contains(member.key())) {
-      patch[member.key()] = nullptr;
-    }
   }
   return patch;
 }

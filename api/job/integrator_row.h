@@ -28,10 +28,13 @@ constexpr auto integrator_row() {
           "Scattering events on a path; 0 shows emitters only, 1 adds direct light."),
       own_option(
           "/integrator/caustics",
-          choice(
-              "caustics", [](auto& s) -> auto& { return s.render.caustics; }, &core::caustics_types,
-              "Whether photons bring what lamps and sun send through glass and water or off "
-              "mirrors. The job then has the options, and the type, of path-caustics.")),
+          shown_if([](const auto& s) { return s.render.caustics != core::CausticsType::kOff; },
+                   choice(
+                       "caustics", [](auto& s) -> auto& { return s.render.caustics; },
+                       &core::caustics_types,
+                       "Whether photons bring what lamps and sun send through glass and water or "
+                       "off mirrors. The job then has the options, and the type, of "
+                       "path-caustics."))),
       own_option("/integrator/photons",
                  number(
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },

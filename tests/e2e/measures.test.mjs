@@ -252,7 +252,7 @@ test('the form has the options of each integrator, and shows where one is refuse
     await page.click('.submit-form summary:text("Advanced settings")');
     const select = page.getByLabel('Integrator', { exact: true });
     const shown = () =>
-      page.$$eval('[data-testid=integrator-options] input', (all) =>
+      page.$$eval('[data-testid=integrator-options] :is(input, select)', (all) =>
         all.map((one) => one.dataset.testid.slice('integrator-'.length)),
       );
     for (const row of integrators) {

@@ -175,8 +175,17 @@ const ownFiles = (scene, asset) => ({
   shutter_seconds: 0.125,
   environment: { asset, color: [0.5, 0.6, 0.7], intensity: 2, rotation_degrees: 90 },
 });
-/** Who is notified, and how previews are served: neither is a setting of the image. */
-const notSettings = ['/class', '/preview_key', '/webhook/url', '/webhook/events'];
+/**
+ * Who is notified, and how previews are served: neither is a setting of the image. Caustics are
+ * settled before a job renders: its integrator is the choice.
+ */
+const notSettings = [
+  '/class',
+  '/preview_key',
+  '/webhook/url',
+  '/webhook/events',
+  '/integrator/caustics',
+];
 
 const post = async (body) => {
   const answer = await ask(`${server.url}/v1/jobs`, {

@@ -45,7 +45,7 @@ TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
     "film": {"width": 960, "height": 540, "crop": null,
              "filter": {"type": "blackman-harris", "radius": 1.5},
              "layers": ["albedo", "normal", "depth"]},
-    "integrator": {"type": "path", "max_depth": 16, "caustics": "off"},
+    "integrator": {"type": "path", "max_depth": 16},
     "estimator": {"strategy": "mis", "mis": {"type": "power", "exponent": 2},
                   "roulette": {"type": "throughput"}, "splitting": {"type": "measured"},
                   "control_variate": {"type": "none"}, "expected_values": true},

@@ -11,6 +11,7 @@ export interface Member {
   description?: string;
   minimum?: number;
   maximum?: number;
+  enum?: string[];
   'x-default'?: unknown;
   properties?: Record<string, Member>;
   /** The address of a named part; `anyOf` has one and null. */

@@ -107,7 +107,7 @@ export interface FormValues {
   /** Null: the server's default. */
   maxDepth: number | null;
   /** Options of the selected integrator that were set, by member. */
-  integratorOptions: Record<string, number>;
+  integratorOptions: Record<string, number | string>;
   sampler: string;
   lightSampler: string;
   adaptive: string;
@@ -199,22 +199,22 @@ export const initial: FormValues = {
 export const form = new Store<FormValues>(initial);
 export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
 
-/** A numeric option of an integrator, besides those that all have. */
+/** An option of an integrator, besides those that all have: a number with a default, or a choice. */
 export interface IntegratorOption {
   name: string;
   pointer: string;
-  standard: number;
+  standard?: number;
 }
 
-/** The integrator's own options: members that it accepts and for which it has a default. */
+/** The integrator's own options: members that it accepts. */
 export function integratorOptions(info: Server | null, type: string): IntegratorOption[] {
   const row = info?.integrators.find((one) => one.type === type);
-  const own = (row?.defaults?.integrator ?? {}) as Record<string, unknown>;
-  return Object.entries(own).flatMap(([name, standard]) => {
-    const pointer = `/integrator/${name}`;
-    const isOption = name !== 'max_depth' && row!.accepts.includes(pointer);
-    return isOption && typeof standard === 'number' ? [{ name, pointer, standard }] : [];
-  });
+  const own = (row?.defaults?.integrator ?? {}) as Record<string, number | undefined>;
+  const accepted = row?.accepts.filter((at) => at.startsWith('/integrator/')) ?? [];
+  return accepted
+    .map((pointer) => ({ name: pointer.slice('/integrator/'.length), pointer }))
+    .filter(({ name }) => name !== 'max_depth')
+    .map((option) => ({ ...option, standard: own[option.name] }));
 }
 
 /** The server's refusals by JSON pointer; the empty pointer is the request as a whole. */

@@ -87,12 +87,15 @@ function optionsOf(job: Job, info: Server | null): Record<string, string> {
   return chosen;
 }
 
-function optionsOfIntegrator(spec: Job['spec'], info: Server | null): Record<string, number> {
-  const own: Record<string, unknown> = { ...spec.integrator };
+function optionsOfIntegrator(
+  spec: Job['spec'],
+  info: Server | null,
+): Record<string, number | string> {
+  const own = { ...spec.integrator } as Record<string, number | string | undefined>;
   return Object.fromEntries(
     integratorOptions(info, spec.integrator.type).flatMap(({ name }) => {
       const value = own[name];
-      return typeof value === 'number' ? [[name, value]] : [];
+      return value === undefined ? [] : [[name, value]];
     }),
   );
 }

@@ -14,7 +14,7 @@ function labelOf(name: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
-/** The numbers that only the selected integrator has. */
+/** The options that only some integrators have. */
 export function IntegratorOptions({ info }: { info: Server | null }) {
   const v = useStore(form);
   const members = useStore(described);
@@ -36,26 +36,38 @@ export function IntegratorOptions({ info }: { info: Server | null }) {
     <div data-testid="integrator-options">
       <div class="pair options">
         {options.map(({ name, pointer, standard }) => {
-          const { type, description, minimum, maximum } = members?.[name] ?? {};
+          const { type, description, minimum, maximum, enum: choices } = members?.[name] ?? {};
+          const value = v.integratorOptions[name] ?? standard;
+          const set = (given: number | string): void =>
+            change({ integratorOptions: { ...form.get().integratorOptions, [name]: given } });
+          const shared = {
+            'data-testid': `integrator-${name}`,
+            title: description,
+            onFocus: () => setChosen(name),
+          };
           return (
             <Field key={name} label={labelOf(name)} pointers={[pointer]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  data-testid={`integrator-${name}`}
-                  value={v.integratorOptions[name] ?? standard}
-                  min={minimum}
-                  max={maximum}
-                  step={type === 'integer' ? 1 : 'any'}
-                  title={description}
-                  onFocus={() => setChosen(name)}
-                  onValue={(value) =>
-                    change({
-                      integratorOptions: { ...form.get().integratorOptions, [name]: value },
-                    })
-                  }
-                />
-              )}
+              {(a) =>
+                standard === undefined ? (
+                  <select {...a} {...shared} value={value} onChange={(e) => set(e.currentTarget.value)}>
+                    {choices?.map((choice) => (
+                      <option key={choice} value={choice}>
+                        {choice}
+                      </option>
+                    ))}
+                  </select>
+                ) : (
+                  <NumberInput
+                    {...a}
+                    {...shared}
+                    value={Number(value)}
+                    min={minimum}
+                    max={maximum}
+                    step={type === 'integer' ? 1 : 'any'}
+                    onValue={set}
+                  />
+                )
+              }
             </Field>
           );
         })}

@@ -1,7 +1,6 @@
 #include "server/routes/first_looks.h"
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -45,31 +44,24 @@ void FirstLooks::encode(const JobPointer& job) const {
   if (view.film_digest.empty()) {
     return;
   }
-  struct Look {
-    std::string_view extension;
-    api::ImageQuery query = {};
-  };
-  Look image = {core::is_transparent(view.spec.render) ? "webp" : "jpg"};
-  image.query.auto_exposure = true;
-  Look thumbnail = {"png"};
-  thumbnail.query.max_size = 192;
-  /// Returns the key of the look.
-  const auto make = [&](const Look& look, const std::function<void()>& before = {}) {
+  std::vector<StoredLook> looks;
+  const auto keep = [&](std::string_view extension, const api::ImageQuery& query) {
     Request request;
     request.access = Access::of(job->tenant());
-    const Response made = picture_answer(
-        context_, request, job, *choose_format(request, look.extension), look.query, before);
-    return kept_key(view, made.headers.find("ETag").value_or(""));
-  };
-  // Who asks for the thumbnail waits for the image too, instead of encoding beside it.
-  make(thumbnail, [&] { make(image); });
-  std::vector<StoredLook> looks;
-  for (const Look& look : {image, thumbnail}) {
-    const std::string key = make(look);
+    const Response made =
+        picture_answer(context_, request, job, *choose_format(request, extension), query);
+    const std::string key = kept_key(view, made.headers.find("ETag").value_or(""));
     if (const auto kept = context_.pictures.peek(job->id() + key)) {
       looks.push_back({.key = key, .picture = *kept});
     }
-  }
+  };
+  // First the image, which takes longer: the thread of another request encodes the thumbnail.
+  api::ImageQuery image;
+  image.auto_exposure = true;
+  keep(core::is_transparent(view.spec.render) ? "webp" : "jpg", image);
+  api::ImageQuery thumbnail;
+  thumbnail.max_size = 192;
+  keep("png", thumbnail);
   if (!job->memory_only()) {
     store(*job, view, looks);
   }

@@ -147,8 +147,7 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
 }
 
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
-                        const core::ImageFormat& format, const api::ImageQuery& query,
-                        const std::function<void()>& before) {
+                        const core::ImageFormat& format, const api::ImageQuery& query) {
   const api::JobView view = context.jobs.view(*job);
   const core::PixelRect crop = crop_of(view.spec.render.film);
   const core::PixelRect rect = query.rect.value_or(crop);
@@ -194,9 +193,6 @@ Response picture_answer(const RouteContext& context, const Request& request, con
   }
   const std::optional<api::DenoisedView> denoised_view = view_of(denoised, view);
   const auto encode = [&](const core::Film& of) {
-    if (is_kept && before) {
-      before();
-    }
     const Picture picture{.format = format,
                           .query = query,
                           .view = view,

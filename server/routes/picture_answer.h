@@ -2,7 +2,6 @@
 /// with one.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,10 +36,8 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
 std::string kept_key(const api::JobView& view, std::string_view etag);
 
 /// Returns 200 with the image of the job's newest film, 304 to a GET that knows it, or a problem.
-/// The ETag identifies the job, its revision and the request's query. before: called before an
-/// image is encoded that will be kept, while others who ask for it wait; may be null.
+/// The ETag identifies the job, its revision and the request's query.
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
-                        const core::ImageFormat& format, const api::ImageQuery& query,
-                        const std::function<void()>& before = {});
+                        const core::ImageFormat& format, const api::ImageQuery& query);
 
 }  // namespace server

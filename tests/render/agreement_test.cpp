@@ -106,7 +106,7 @@ std::vector<LightPaths> light_path_scenes() {
           {"glossy things", glossy, 512, 64, 128},
           {"half clear pane", test_support::pane(kLightSide), 128, 64, 256},
           {"caustic", caustic, 64, 64, 768},
-          {"instances", test_support::instances(kLightSide), 256, 96, 256}};
+          {"instances", test_support::instances(kLightSide), 256, 128, 256}};
 }
 
 constexpr const char* kLightIntegrators[] = {"light-trace", "bdpt", "mlt"};

@@ -166,6 +166,9 @@ TEST(ServerView, EveryAcceptedOptionIsAMemberOfTheJob) {
     if (core::accepts(row, core::kThroughGlass)) {  // printed if it is not the default
       request["background"] = {{"type", "transparent"}, {"through_glass", false}};
     }
+    if (core::accepts(row, "/integrator/caustics")) {  // likewise
+      request["integrator"]["caustics"] = "auto";
+    }
     const Json spec = api::to_json(api::parse_job(api::dump(request))->spec);
     for (const std::string_view pointer : row.accepts) {
       EXPECT_TRUE(spec.contains(Json::json_pointer(std::string(pointer)))) << pointer;

@@ -293,8 +293,10 @@ TEST_F(Store, JobsExpireAtTheirTimeAlsoIfNoneWasDueBefore) {
   JobRow a = made_job(1, "a");
   a.state = "finished";
   a.finished_at = 40;
-  a.delete_at = 50;
   ASSERT_TRUE(jobs->insert(a, {}, {}));
+  EXPECT_EQ(expired(100), none);
+  a.delete_at = 50;
+  ASSERT_TRUE(jobs->update(a, {}));
   EXPECT_EQ(expired(100), std::vector<std::string>{"a"});
   a.delete_at = 200;
   ASSERT_TRUE(jobs->update(a, {}));

@@ -199,7 +199,7 @@ export const initial: FormValues = {
 export const form = new Store<FormValues>(initial);
 export const change = (patch: Partial<FormValues>): void => form.set({ ...form.get(), ...patch });
 
-/** An option of an integrator, besides those that all have: a number with a default, or a choice. */
+/** An option that only some integrators have: a number with a default, or a choice. */
 export interface IntegratorOption {
   name: string;
   pointer: string;

@@ -49,7 +49,12 @@ export function IntegratorOptions({ info }: { info: Server | null }) {
             <Field key={name} label={labelOf(name)} pointers={[pointer]}>
               {(a) =>
                 standard === undefined ? (
-                  <select {...a} {...shared} value={value} onChange={(e) => set(e.currentTarget.value)}>
+                  <select
+                    {...a}
+                    {...shared}
+                    value={value}
+                    onChange={(e) => set(e.currentTarget.value)}
+                  >
                     {choices?.map((choice) => (
                       <option key={choice} value={choice}>
                         {choice}

@@ -26,7 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPilotsAtATime = 4;
-/// Between two looks at jobs that wait for room or a checkpoint, and while there are none.
+/// Between two looks at jobs that wait for room or a checkpoint, and while there are none: then as
+/// expired ones are looked for (kForgetSeconds).
 constexpr std::chrono::milliseconds kUpkeepPause{250};
 constexpr std::chrono::milliseconds kIdlePause{1000};
 constexpr double kHousekeepingSeconds = 600;

@@ -22,7 +22,8 @@ namespace {
 /// completed by threads of this process. Half of the shortest unit.
 constexpr auto kTick = std::chrono::duration_cast<std::chrono::milliseconds>(
     std::chrono::duration<double>(UnitPlanner::kSecondsLeast / 2));
-/// The same while no job runs, of which a new one wakes it: a lost broker.
+/// The same while no job runs, of which a new one wakes it: a lost broker, and as often as waiting
+/// jobs are noted.
 constexpr std::chrono::milliseconds kIdleTick{1000};
 
 /// Renders slices as a worker does. Returns empty if it was stopped. Errors: of the format.

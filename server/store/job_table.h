@@ -35,7 +35,8 @@ struct JobRow {
   bool is_damaged = false;  ///< A bit of the record was changed since it was written.
   std::string tenant = {};  ///< The owner; empty: the operator. Never changes.
 
-  // Written by insert() and update(), not read back: they follow from the record and the request.
+  // Not read back: they follow from the record and the request. insert() writes no expiry, since a
+  // new job has not ended.
   std::string name = {};  ///< Title for searches.
   std::map<std::string, std::string> labels = {};
   std::uint64_t reserved_bytes = 0;      ///< The largest size of its film file. insert() only.

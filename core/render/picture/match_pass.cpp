@@ -22,9 +22,7 @@ struct Sight {
 
 Result<Sight> sight_of(const View& view) {
   const FilmSettings& film = view.settings.film;
-  const SceneSummary& summary = view.scene->summary();
-  auto camera =
-      MovingCamera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+  auto camera = camera_of(view);
   if (!camera) {
     return camera.error();
   }

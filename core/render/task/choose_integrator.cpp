@@ -311,10 +311,6 @@ std::string text_of(const IntegratorChoice& choice) {
          advantages + lacking;
 }
 
-}  // namespace
-
-namespace {
-
 /// Particles that look for caustics. If none of them is one, with 95% confidence at most
 /// -log(0.05) / 16,384 of all light is, 0.02%.
 constexpr int kCausticParticles = 1 << 14;

@@ -14,7 +14,7 @@
 #include "api/json/time_text.h"
 #include "api/queries/look_rows.h"
 #include "api/queries/render_query.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

@@ -18,6 +18,7 @@
 #include "api/answers/job_view.h"
 #include "api/job/job_spec.h"
 #include "api/problem.h"
+#include "core/settings/choices.h"
 #include "core/settings/settings.h"
 
 namespace api {

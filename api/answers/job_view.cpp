@@ -10,8 +10,8 @@
 #include "api/answers/views.h"
 #include "api/json/time_text.h"
 #include "api/json/values.h"
-#include "core/settings/photon_rules.h"
-#include "core/settings/registry.h"
+#include "core/integrators/maps/photon_rules.h"
+#include "core/integrators/registry.h"
 
 namespace api {
 namespace {

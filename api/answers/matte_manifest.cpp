@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
 #include "core/scene/matte_names.h"
 

@@ -5,7 +5,7 @@
 #include "api/answers/views.h"
 #include "api/job/job_rows.h"
 #include "api/json/json.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

@@ -9,7 +9,10 @@
 #include "api/job/job_spec.h"
 #include "api/json/limits.h"
 #include "api/lab.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/layers/layer_rows.h"
+#include "core/settings/choices.h"
+#include "core/settings/light_shares.h"
 
 namespace api {
 namespace {

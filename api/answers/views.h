@@ -17,7 +17,7 @@
 #include "api/json/view_rows.h"
 #include "api/lab.h"
 #include "api/problem.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace api {
 

@@ -5,7 +5,6 @@
 
 #include "api/json/fields.h"
 #include "api/json/limits.h"
-#include "core/settings/registry.h"
 
 namespace api {
 

@@ -6,9 +6,10 @@
 
 #include "api/json/limits.h"
 #include "core/camera/camera_choice.h"
+#include "core/integrators/registry.h"
+#include "core/layers/layer_rows.h"
 #include "core/math/vec.h"
 #include "core/render/picture/light_not_found.h"
-#include "core/settings/registry.h"
 
 namespace api {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "api/job/job_spec.h"
 #include "api/json/faults.h"
-#include "core/settings/rules.h"
+#include "core/integrators/rules.h"
 
 namespace api {
 
@@ -17,8 +17,8 @@ void settle_film(JobSpec& spec);
 void check_image(const JobSpec& spec, Faults& faults);
 /// Refuses preview_key without class preview.
 void check_class(const JobSpec& spec, Faults& faults);
-/// Refuses what the rules of the core do not let go together (core/settings/rules.h). scene: null
-/// while it is not known.
+/// Refuses what the rules of the core do not let go together (core/integrators/rules.h). scene:
+/// null while it is not known.
 void check_rules(const JobSpec& spec, const core::SceneTraits* scene, Faults& faults);
 /// Refuses an open shutter in the rest pose.
 void check_shutter(const JobSpec& spec, Faults& faults);

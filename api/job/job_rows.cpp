@@ -8,7 +8,8 @@
 #include "api/json/fields.h"
 #include "api/json/limits.h"
 #include "api/requests.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
+#include "core/settings/light_shares.h"
 
 namespace api {
 namespace {

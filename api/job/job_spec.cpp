@@ -11,8 +11,9 @@
 #include "api/json/fields.h"
 #include "api/json/limits.h"
 #include "api/json/schemas.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/pass_plan.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

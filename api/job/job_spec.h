@@ -11,8 +11,8 @@
 #include "api/problem.h"
 #include "core/camera/orbit.h"
 #include "core/denoise/denoiser_type.h"
+#include "core/integrators/registry.h"
 #include "core/scene/scene.h"
-#include "core/settings/registry.h"
 #include "core/settings/settings.h"
 
 namespace api {

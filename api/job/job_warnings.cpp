@@ -7,8 +7,9 @@
 #include "api/answers/job_view.h"
 #include "api/job/job_spec.h"
 #include "core/film/replicate_fit.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/pass_plan.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

@@ -9,8 +9,9 @@
 #include "api/json/fields.h"
 #include "api/json/time_text.h"
 #include "api/requests.h"
+#include "core/integrators/registry.h"
 #include "core/lights/sun_position.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

@@ -7,7 +7,8 @@
 #include "api/json/fields.h"
 #include "api/json/limits.h"
 #include "api/json/time_text.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/sample_sets.h"
 
 namespace api {
 namespace {

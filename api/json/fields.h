@@ -15,7 +15,7 @@
 #include "api/json/field_rows.h"
 #include "api/json/json.h"
 #include "api/json/values.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 

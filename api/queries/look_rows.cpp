@@ -8,7 +8,9 @@
 #include "api/job/job_rows.h"
 #include "api/json/limits.h"
 #include "api/json/values.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
+#include "core/settings/choices.h"
+#include "core/settings/light_shares.h"
 
 namespace api {
 namespace {

@@ -15,7 +15,6 @@
 #include "api/json/values.h"
 #include "api/queries/look_rows.h"
 #include "api/requests.h"
-#include "core/settings/registry.h"
 
 namespace api {
 namespace {

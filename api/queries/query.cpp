@@ -14,7 +14,7 @@
 #include "api/json/values.h"
 #include "api/queries/queries.h"
 #include "api/requests.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

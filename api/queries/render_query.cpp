@@ -12,7 +12,7 @@
 #include "api/json/schemas.h"
 #include "api/queries/look_rows.h"
 #include "core/camera/framing.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace api {
 namespace {

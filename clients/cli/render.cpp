@@ -26,13 +26,15 @@
 #include "core/film/meter_reading.h"
 #include "core/film/set_aside.h"
 #include "core/image_io/image_io.h"
+#include "core/integrators/registry.h"
 #include "core/layers/exposure.h"
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
 #include "core/lights/outdoor.h"
 #include "core/render/picture/feature_pass.h"
 #include "core/render/picture/unsampled_light.h"
 #include "core/scene_io/builtin_scenes.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace cli {
 namespace {
@@ -354,7 +356,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   QuietSink sink;
   const core::RenderSettings& settings = job.spec.render;
-  auto film = std::make_shared<core::Film>(settings);
+  auto film = core::make_film(settings);
   core::TaskOptions options;
   options.stop = job.spec.stop;
   options.counts_particles = true;

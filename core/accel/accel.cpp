@@ -100,12 +100,12 @@ struct Accel::Impl {
     }
   }
 
-  struct Place {
+  struct HitMesh {
     std::uint32_t instance;
     std::uint32_t geometry;
   };
-  /// Returns the place of a hit that Embree names.
-  Place place_of(std::uint32_t instance, std::uint32_t geometry) const noexcept {
+  /// Returns the mesh of a hit that Embree names.
+  HitMesh mesh_of(std::uint32_t instance, std::uint32_t geometry) const noexcept {
     if (instance != RTC_INVALID_GEOMETRY_ID) {
       return {instance - top_geometries, geometry};
     }
@@ -311,7 +311,7 @@ bool Accel::intersect(const Ray& ray, RawHit& hit) const noexcept {
   if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     return false;
   }
-  const auto [instance, geometry] = impl_->place_of(rayhit.hit.instID[0], rayhit.hit.geomID);
+  const auto [instance, geometry] = impl_->mesh_of(rayhit.hit.instID[0], rayhit.hit.geomID);
   hit = {rayhit.ray.tfar, instance, geometry, rayhit.hit.primID};
   return true;
 }
@@ -333,8 +333,8 @@ void Accel::each_hit(const Ray& ray, HitVisitor visit, void* visitor) const noex
       impl_->top, &rayhit,
       [](void* user, float t, unsigned instance, unsigned geometry, unsigned primitive) {
         const To& told = *static_cast<const To*>(user);
-        const auto place = told.impl.place_of(instance, geometry);
-        told.visit(told.visitor, {t, place.instance, place.geometry, primitive});
+        const auto mesh = told.impl.mesh_of(instance, geometry);
+        told.visit(told.visitor, {t, mesh.instance, mesh.geometry, primitive});
       },
       &to);
 }
@@ -376,10 +376,10 @@ unsigned Accel::intersect8(const RayPacket& rays, unsigned active, HitPacket& hi
   std::memset(rayhit.hit.instID[0], 0xff, sizeof(rayhit.hit.instID[0]));
   embree::intersect8(valid, impl_->top, &rayhit);
   for (unsigned k = 0; k < 8; ++k) {
-    const auto place = impl_->place_of(rayhit.hit.instID[0][k], rayhit.hit.geomID[k]);
+    const auto mesh = impl_->mesh_of(rayhit.hit.instID[0][k], rayhit.hit.geomID[k]);
     met |= rayhit.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID ? 1U << k : 0U;
-    hits.instance[k] = place.instance;
-    hits.geometry[k] = place.geometry;
+    hits.instance[k] = mesh.instance;
+    hits.geometry[k] = mesh.geometry;
     hits.primitive[k] = rayhit.hit.primID[k];
   }
   return met & traced;
@@ -422,9 +422,9 @@ void Accel::visit_near(Vec3 center, float radius_m,
   const auto meet = [](RTCPointQueryFunctionArguments* met) {
     const auto& to = *static_cast<const Asked*>(met->userPtr);
     const bool is_instance = met->context->instStackSize != 0;
-    const auto place = to.impl.place_of(
+    const auto mesh = to.impl.mesh_of(
         is_instance ? met->context->instID[0] : RTC_INVALID_GEOMETRY_ID, met->geomID);
-    const bool ends = !to.visit({0, place.instance, place.geometry, met->primID});
+    const bool ends = !to.visit({0, mesh.instance, mesh.geometry, met->primID});
     met->query->radius = ends ? 0 : met->query->radius;
     return ends;  // whether the radius has changed
   };

@@ -68,7 +68,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   ThinLobe::Albedos wall;
   if (p.thin && p.transmission > 0) {
     thin_ = ThinLobe{p.base_color, dielectric * p.transmission, {}};
-    wall = thin_->look(facets_, interface_, e, average);
+    wall = thin_->prepare(facets_, interface_, e, average);
     if (is_smooth) {
       interface_.open_wo = 1 - interface_.fresnel(mu);
     }
@@ -133,7 +133,7 @@ Rgb Bsdf::null_transmittance() const noexcept {
     sum += thin_->faces(interface_, facets_.wo.z).transmitted * delta_share();
   }
   if (prob_[kGlass] > 0 && glass_->is_index_matched()) {
-    sum += glass_->straight(delta_share());
+    sum += glass_->null_transmittance(delta_share());
   }
   return sum;
 }

@@ -96,7 +96,7 @@ class GlassLobeOf {
     return select(is_index_matched(), Color(F(0)), fresnel(s.wo.z));
   }
   /// Returns the transmittance without deflection, if the index equals that of the surroundings.
-  Color straight(F open) const noexcept { return color_ * (weight_ * open); }
+  Color null_transmittance(F open) const noexcept { return color_ * (weight_ * open); }
 
   template <typename Eval>
   void add(const FacetsOf<F>& s, F prob, V wi, Eval& out) const noexcept {

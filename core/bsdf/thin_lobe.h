@@ -29,16 +29,16 @@ struct ThinLobeOf {
     Color transmitted;
   };
   /// Returns the weighted shares of light at cosine cos_oh to the facets. F is that of the largest
-  /// channel where light passes a face, so that transmitted light keeps its hue. Cover: InterfaceOf
-  /// or Interface.
-  template <typename Cover>
-  Faces faces(const Cover& cover, F cos_oh) const noexcept {
-    const F f = cover.fresnel(cos_oh);
+  /// channel where light passes a face, so that transmitted light keeps its hue. Surface:
+  /// InterfaceOf or Interface.
+  template <typename Surface>
+  Faces faces(const Surface& surface, F cos_oh) const noexcept {
+    const F f = surface.fresnel(cos_oh);
     const M is_open = f < 1;
     const F passed = weight * square(1 - f);
     const Color through = each_channel(
         color, [&](F c) { return select(is_open, passed * c / (1 - square(c * f)), F(0)); });
-    return {through * color * cover.fresnel_rgb(cos_oh), through};
+    return {through * color * surface.fresnel_rgb(cos_oh), through};
   }
 
   /// Albedos for wo.
@@ -47,15 +47,15 @@ struct ThinLobeOf {
     Color multiple;
   };
   /// Returns the albedos, and sets `multiple`. e, average: albedos of the facets with F = 1.
-  template <typename Cover>
-  Albedos look(const FacetsOf<F>& s, const Cover& cover, AlbedoOf<F> e,
-               AlbedoOf<F> average) noexcept {
+  template <typename Surface>
+  Albedos prepare(const FacetsOf<F>& s, const Surface& surface, AlbedoOf<F> e,
+                  AlbedoOf<F> average) noexcept {
     // F at the mean weight of Schlick's curve over the facets, e5 / e, in place of its mean.
     const F mean = 1 - pow(e.e5 / e.e, F(0.2F));
-    const Faces single = faces(cover, select(s.is_smooth, s.wo.z, mean));
+    const Faces single = faces(surface, select(s.is_smooth, s.wo.z, mean));
     const F taken = select(s.is_smooth, F(1), e.e);
     const F lost = select(s.is_smooth, F(0), 1 - e.e);
-    const Color spread = color * (weight * (1 - cover.multiple));
+    const Color spread = color * (weight * (1 - surface.multiple));
     multiple = spread * (lost * kInvPi / max(1 - average.e, F(1e-4F)));
     return {{single.reflected * taken, single.transmitted * taken}, spread * lost};
   }
@@ -67,15 +67,15 @@ struct ThinLobeOf {
 
   /// Adds transmission (wi.z < 0), or to reflection, whose density SpecularLobe adds, that of the
   /// far face.
-  template <typename Cover, typename Eval>
-  void add(const FacetsOf<F>& s, const Cover& cover, F prob, V wi, Eval& out) const noexcept {
+  template <typename Surface, typename Eval>
+  void add(const FacetsOf<F>& s, const Surface& surface, F prob, V wi, Eval& out) const noexcept {
     if (all(s.is_smooth)) {
       return;
     }
     const V reflected = {wi.x, wi.y, abs(wi.z)};
     const V h = s.half(reflected);
     const auto reflection = s.reflection(prob, reflected, h);
-    const Faces f = faces(cover, dot(s.wo, h));
+    const Faces f = faces(surface, dot(s.wo, h));
     out.value_cos =
         out.value_cos + select(wi.z > 0, f.reflected, f.transmitted) * reflection.value_cos;
     out.pdf_solid_angle = out.pdf_solid_angle + select(wi.z < 0, reflection.pdf_solid_angle, F(0));

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace core {
 

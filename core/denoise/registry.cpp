@@ -5,6 +5,7 @@
 #include "core/denoise/make_denoiser.h"
 #include "core/denoise/oidn.h"
 #include "core/denoise/statistical.h"
+#include "core/settings/choices.h"
 
 namespace core {
 namespace {

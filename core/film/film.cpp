@@ -8,7 +8,6 @@
 #include "core/base/sha256.h"
 #include "core/film/tile_planes.h"
 #include "core/math/numbers.h"
-#include "core/settings/registry.h"
 
 namespace core {
 namespace {
@@ -100,9 +99,8 @@ Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, boo
   }
 }
 
-Film::Film(const RenderSettings& settings)
-    : Film(settings.film, settings.replicates, pixel_errors(settings),
-           integrator_splats(settings)) {
+Film::Film(const RenderSettings& settings, PixelErrors errors, bool has_splats)
+    : Film(settings.film, settings.replicates, errors, has_splats) {
   adaptive_ = settings.adaptive.type;
   fit_ = fit_type(settings);
   meter_points_ = settings.meter.count();

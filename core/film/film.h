@@ -146,10 +146,10 @@ struct FilmSnapshot {
 /// Thread-safe. Any thread may read; only the thread that holds a tile's slice writes the tile.
 class Film {
  public:
-  /// Allocates plans, pilot samples and fits if the settings ask for them.
-  explicit Film(const RenderSettings& settings);
-  /// For films from a file or a merge, which have no plans, pilot samples or fits. errors: whether
-  /// samples correlate the errors of neighbouring pixels.
+  /// Allocates plans, pilot samples and fits if the settings ask for them. errors: whether samples
+  /// correlate the errors of neighbouring pixels. make_film() gives both of a job's integrator.
+  Film(const RenderSettings& settings, PixelErrors errors, bool has_splats);
+  /// For films from a file or a merge, which have no plans, pilot samples or fits.
   Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent,
        bool has_splats = false);
 

@@ -8,7 +8,7 @@
 #include "core/integrators/maps/photon_map.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "core/transport/intersect.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"

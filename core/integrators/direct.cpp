@@ -1,5 +1,6 @@
 // Direct lighting: emission of the surfaces seen by the camera, and their direct light. Shows how
 // little an integrator needs besides core/transport.
+#include "core/integrators/integrator.h"
 #include "core/integrators/registry.h"
 #include "core/lights/backdrop.h"
 #include "core/samplers/dimensions.h"
@@ -100,7 +101,7 @@ PathSample DirectIntegrator::trace(const Camera::CameraRay& camera_ray, const Pa
 
 std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input) {
   if (input.settings.spectral) {
-    return make_path_tracer(input);  // the same at max_depth 1
+    return find_integrator("path")->make(input);  // the same at max_depth 1
   }
   return std::make_unique<DirectIntegrator>(input);
 }

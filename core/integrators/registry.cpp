@@ -3,12 +3,35 @@
 #include <array>
 
 #include "core/base/check.h"
-#include "core/settings/cache_rules.h"
-#include "core/settings/photon_rules.h"
-#include "core/settings/registry.h"
+#include "core/film/film.h"
+#include "core/integrators/integrator.h"
+#include "core/integrators/maps/cache_rules.h"
+#include "core/integrators/maps/photon_rules.h"
+#include "core/settings/choices.h"
 
 namespace core {
+
+// Each is defined with its integrator.
+std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_metropolis(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input);
+std::unique_ptr<const Integrator> make_irradiance_cache(const IntegratorInput& input);
+
 namespace {
+
+constexpr std::array kErrorValidities = {
+    NamedValue<ErrorValidity>{"valid", ErrorValidity::kValid,
+                              "The halves estimate the variance of the mean."},
+    NamedValue<ErrorValidity>{
+        "from-chains", ErrorValidity::kFromChains,
+        "The halves estimate the variance of the mean; chains are independent, not samples."},
+    NamedValue<ErrorValidity>{"by-comparison", ErrorValidity::kByComparison,
+                              "The image is biased; it is compared with two independent unbiased "
+                              "images of an eighth of its samples."},
+};
 
 constexpr std::array<std::string_view, 16> kPathOptions = {
     "/integrator/caustics",
@@ -189,7 +212,100 @@ constexpr std::array kIntegrators = {
 
 }  // namespace
 
+std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
 std::span<const IntegratorEntry> integrators() { return kIntegrators; }
+
+const IntegratorEntry* find_integrator(std::string_view name) {
+  const auto row = std::find_if(kIntegrators.begin(), kIntegrators.end(),
+                                [name](const IntegratorEntry& r) { return r.name == name; });
+  return row != kIntegrators.end() ? &*row : nullptr;
+}
+
+std::vector<std::string_view> integrator_options() {
+  std::vector<std::string_view> all;
+  for (const IntegratorEntry& row : integrators()) {
+    for (const std::string_view option : row.accepts) {
+      if (std::find(all.begin(), all.end(), option) == all.end()) {
+        all.push_back(option);
+      }
+    }
+  }
+  return all;
+}
+
+RenderSettings default_settings(std::string_view integrator, bool has_error_target) {
+  RenderSettings settings;
+  const IntegratorEntry* row = find_integrator(integrator);
+  if (row == nullptr) {
+    return settings;
+  }
+  settings.integrator = integrator;
+  if (row->set_defaults != nullptr) {
+    row->set_defaults(settings);
+  }
+  const auto& accepts = row->accepts;
+  if (has_error_target && std::find(accepts.begin(), accepts.end(), "/adaptive") != accepts.end()) {
+    settings.adaptive.type = AdaptiveType::kPilot;
+  }
+  return settings;
+}
+
+RenderSettings with_caustics(const RenderSettings& settings) {
+  RenderSettings out = settings;
+  if (settings.integrator == "path" && settings.caustics != CausticsType::kOff) {
+    out.integrator = kCausticsIntegrator;
+    out.caustics = CausticsType::kOff;
+  }
+  return out;
+}
+
+std::string_view bias_of(const RenderSettings& settings) {
+  std::string_view bias = "none";
+  const auto add = [&bias](std::string_view more) {
+    if (more == "biased" || bias == "none") {
+      bias = more;
+    }
+  };
+  if (const IntegratorEntry* entry = find_integrator(settings.integrator)) {
+    add(entry->bias);
+  }
+  return bias;
+}
+
+bool halves_show_error(const RenderSettings& settings) {
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr && entry->error != ErrorValidity::kByComparison;
+}
+
+bool keeps_share(const IntegratorEntry& integrator, const LightShare& share) {
+  if (share.is_irradiance) {
+    return integrator.prepass_bytes == nullptr;
+  }
+  return share.strategy ? integrator.strategies : integrator.shares;
+}
+
+bool integrator_splats(const RenderSettings& settings) {
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr && entry->splats;
+}
+
+bool integrator_has_prepass(const RenderSettings& settings) {
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr && entry->prepass_bytes != nullptr;
+}
+
+PixelErrors pixel_errors(const RenderSettings& settings) {
+  const bool shares =
+      settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
+  return settings.sampler == SamplerType::kZsobol || shares || integrator_splats(settings) ||
+                 integrator_has_prepass(settings)
+             ? PixelErrors::kCorrelated
+             : PixelErrors::kIndependent;
+}
+
+std::shared_ptr<Film> make_film(const RenderSettings& settings) {
+  return std::make_shared<Film>(settings, pixel_errors(settings), integrator_splats(settings));
+}
 
 std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input) {
   const IntegratorEntry* row = find_integrator(input.settings.integrator);

@@ -1,4 +1,3 @@
-#include "core/settings/registry.h"
 
 #include <algorithm>
 #include <array>
@@ -6,6 +5,7 @@
 #include "core/base/check.h"
 #include "core/lab/experiment_list.h"
 #include "core/lab/trial.h"
+#include "core/settings/choices.h"
 
 namespace core::lab {
 namespace {

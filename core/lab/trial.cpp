@@ -5,7 +5,7 @@
 
 #include "core/samplers/dimensions.h"
 #include "core/samplers/point_sets.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 
 namespace core::lab {
 namespace {

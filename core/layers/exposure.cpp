@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/color/rgb.h"
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
 
 namespace core {

@@ -1,3 +1,5 @@
+#include "core/layers/layer_rows.h"
+
 // The table of layers, and functions that compute their values.
 #include <algorithm>
 #include <array>
@@ -11,7 +13,6 @@
 #include "core/error/pixel_error.h"
 #include "core/film/film.h"
 #include "core/layers/layers.h"
-#include "core/settings/registry.h"
 
 namespace core {
 namespace {
@@ -359,5 +360,11 @@ constexpr std::array kLayers = {
 }  // namespace
 
 std::span<const LayerEntry> layers() { return kLayers; }
+
+const LayerEntry* find_layer(std::string_view name) {
+  const auto row = std::find_if(std::begin(kLayers), std::end(kLayers),
+                                [name](const LayerEntry& r) { return r.name == name; });
+  return row != std::end(kLayers) ? &*row : nullptr;
+}
 
 }  // namespace core

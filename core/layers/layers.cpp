@@ -9,7 +9,8 @@
 
 #include "core/denoise/denoised_picture.h"
 #include "core/error/pixel_error.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
+#include "core/settings/light_shares.h"
 
 namespace core {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/film/set_aside.h"
 #include "core/image_io/image.h"
 #include "core/image_io/image_rows.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
 
 namespace core {
 

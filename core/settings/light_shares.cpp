@@ -1,7 +1,8 @@
+#include "core/settings/light_shares.h"
+
 #include <array>
 #include <charconv>
-
-#include "core/settings/registry.h"
+#include <string>
 
 namespace core {
 namespace {
@@ -88,13 +89,6 @@ std::optional<LightShare> light_share(std::string_view layer) {
     share.last_bounce = *bounce;
   }
   return share;
-}
-
-bool keeps_share(const IntegratorEntry& integrator, const LightShare& share) {
-  if (share.is_irradiance) {
-    return integrator.prepass_bytes == nullptr;
-  }
-  return share.strategy ? integrator.strategies : integrator.shares;
 }
 
 }  // namespace core

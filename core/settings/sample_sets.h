@@ -38,4 +38,19 @@ constexpr int samples_in_set(SamplerType type) noexcept {
   return 1;
 }
 
+/// Returns the samples per pixel of one complete set in every replicate, for samplers whose sets
+/// have no useful prefixes; 1 for the others.
+int sample_unit(SamplerType sampler, int replicates);
+
+/// Rounds a sample count up to what the sampler supports. sobol, halton: even counts, except 1.
+/// Samplers without prefixes: multiples of sample_unit().
+int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel);
+
+/// Returns the samples per pixel, summed over replicates, that share light samples across passes
+/// and are rendered together; 1 if none do.
+int shared_window(const RenderSettings& settings);
+/// As above, also counting windows: a unit consists of complete sets and complete windows.
+int sample_unit(const RenderSettings& settings);
+int rounded_samples(const RenderSettings& settings, int samples_per_pixel);
+
 }  // namespace core

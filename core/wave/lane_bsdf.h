@@ -499,7 +499,7 @@ class BsdfLanes {
     is_wall_ = walls.exist();
     const F weight = weights.dielectric * walls.transmission;
     Wall& wall = wall_.emplace(Wall{s.base_color, weight, black()});
-    const auto seen = wall.look(facets_, interface_, e, average);
+    const auto seen = wall.prepare(facets_, interface_, e, average);
     below_ = walls.diffuse_color * (weights.lambert * walls.diffuse);
     interface_.open_wo = select(facets_.is_smooth & (walls.transmission > 0),
                                 1 - interface_.fresnel(facets_.wo.z), interface_.open_wo);

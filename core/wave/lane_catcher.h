@@ -5,7 +5,7 @@
 #include <bit>
 #include <memory>
 
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/scalar_paths.h"
 #include "core/wave/wave_access.h"

@@ -1,5 +1,6 @@
 #include "core/wave/wave_tracer.h"
 
+#include "core/settings/choices.h"
 #include "core/wave/lane_fog.h"
 #include "core/wave/lane_shadows.h"
 #include "core/wave/lane_tracer.h"

@@ -12,7 +12,7 @@
 #include "api/json/errors.h"
 #include "api/json/json.h"
 #include "api/json/values.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace server {
 namespace {
@@ -55,7 +55,7 @@ bool is_memory_only(const api::JobSpec& spec) { return spec.job_class == api::Jo
 std::shared_ptr<core::Film> blank_film(const api::JobView& view) {
   const core::RenderSettings& settings = view.spec.render;
   // Merged films have no plans or fits.
-  return view.ledger.empty() ? std::make_shared<core::Film>(settings)
+  return view.ledger.empty() ? core::make_film(settings)
                              : std::make_shared<core::Film>(settings.film, settings.replicates,
                                                             core::pixel_errors(settings));
 }

@@ -8,8 +8,9 @@
 
 #include "core/base/statistics.h"
 #include "core/film/meter_chunk.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/eta.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 #include "server/observe/clock.h"
 
 namespace server {
@@ -93,7 +94,7 @@ api::JobSpec pilot_spec(api::JobSpec spec) {
 }
 
 Pilot::Pilot(std::shared_ptr<const core::Renderer> renderer)
-    : film_(std::make_shared<core::Film>(renderer->view().settings)),
+    : film_(core::make_film(renderer->view().settings)),
       task_(renderer, film_,
             core::TaskOptions{.stop = {.samples_per_pixel = whole_sets(renderer->view().settings),
                                        .relative_error = {},

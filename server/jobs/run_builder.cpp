@@ -8,12 +8,12 @@
 #include "api/job/view_of.h"
 #include "core/camera/camera.h"
 #include "core/film/film.h"
+#include "core/integrators/registry.h"
 #include "core/lights/made_environment.h"
 #include "core/render/task/allocation.h"
 #include "core/render/task/reference_images.h"
 #include "core/render/task/settle.h"
 #include "core/render/units/result_size.h"
-#include "core/settings/registry.h"
 #include "server/store/files.h"
 #include "server/store/film_file.h"
 #include "server/workers/work_options.h"
@@ -129,13 +129,13 @@ Rank rank_of(const api::JobSpec& spec) {
 }
 
 Admission RunBuilder::admission_of(const api::JobSpec& spec) const {
-  const core::Film film(spec.render);
+  const auto film = core::make_film(spec.render);
   Admission admission{.rank = rank_of(spec),
-                      .memory = {.film_bytes = film.bytes(),
-                                 .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
+                      .memory = {.film_bytes = film->bytes(),
+                                 .work_bytes = work_bytes(*film) + bytes_of_prepass(spec) +
                                                core::reference_bytes(largest_settings(spec)) +
                                                core::made_environment_bytes(spec.environment)},
-                      .film_file_bytes = FilmFile::disk_bytes_max(film)};
+                      .film_file_bytes = FilmFile::disk_bytes_max(*film)};
   add_shared(spec, {}, admission.memory);
   return admission;
 }
@@ -306,7 +306,7 @@ core::Result<std::shared_ptr<RenderRun>> RunBuilder::build(
   contents.slot = slot;
   contents.age = job->sequence();
   contents.renderer = std::move(*renderer);
-  contents.film = std::make_shared<core::Film>(spec.render);
+  contents.film = core::make_film(spec.render);
   contents.scene_bytes = contents.renderer->view().scene->summary().bytes;
   contents.arithmetic = arithmetic_;
   const auto local = threads_beside_workers(*job, *contents.film);

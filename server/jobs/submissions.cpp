@@ -6,6 +6,7 @@
 #include "api/json/error_codes.h"
 #include "api/json/errors.h"
 #include "core/error/error_estimate.h"
+#include "core/integrators/registry.h"
 #include "server/observe/clock.h"
 #include "server/scenes/scene_facts.h"
 #include "server/store/film_file.h"

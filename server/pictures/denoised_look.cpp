@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "api/json/values.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
 
 namespace server {
 namespace {

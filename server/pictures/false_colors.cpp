@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/layers/layer_rows.h"
 
 namespace server {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/image_io/image_rows.h"
-#include "core/settings/registry.h"
+#include "core/layers/layer_rows.h"
 
 namespace server {
 

@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "core/error/pixel_error.h"
+#include "core/integrators/registry.h"
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
-#include "core/settings/registry.h"
 
 namespace server {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/compare/comparison.h"
 #include "core/film/film.h"
 #include "core/image_io/image_io.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/observe/clock.h"
@@ -201,11 +201,11 @@ core::Status check_memory(const RouteContext& context, const std::vector<std::st
       continue;  // find_picture() reports the error; files are measured when they are read.
     }
     const core::RenderSettings render = (*job)->record().view.spec.render;
-    const core::Film blank(render);
-    const core::PixelRect crop = blank.crop();
+    const auto blank = core::make_film(render);
+    const core::PixelRect crop = blank->crop();
     pictures += static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height) *
                 kSideBytes;
-    film = std::max<std::uint64_t>(film, blank.bytes());
+    film = std::max<std::uint64_t>(film, blank->bytes());
   }
   return context.memory.check(pictures + film, "the comparison");
 }

@@ -15,7 +15,7 @@
 #include "api/requests.h"
 #include "core/base/check.h"
 #include "core/film/film_format.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
 #include "server/observe/turns.h"

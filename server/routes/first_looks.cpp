@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/image_io/image_codec.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "server/routes/picture_answer.h"
 
 namespace server {

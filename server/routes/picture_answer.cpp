@@ -13,7 +13,6 @@
 #include "core/base/sha256.h"
 #include "core/error/pixel_error.h"
 #include "core/layers/exposure.h"
-#include "core/settings/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
 #include "server/pictures/denoised_look.h"

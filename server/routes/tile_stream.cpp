@@ -8,7 +8,7 @@
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
 #include "core/film/set_aside.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace server {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/scene/ground.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/shutter.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "server/scenes/scene_facts.h"
 
 namespace server {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/scene_io/builtin_scenes.h"
-#include "core/settings/registry.h"
 #include "tests/bench/bench_views.h"
 #include "tests/support/scenes.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/check.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/bench/named_view.h"
 #include "tests/render/asset_files.h"
 #include "tests/support/scenes.h"

@@ -13,7 +13,7 @@
 #include "core/base/cpu_time.h"
 #include "core/error/error_estimate.h"
 #include "core/samplers/path_sampler.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/bench/embree_share.h"
 #include "tests/bench/hall.h"
 #include "tests/support/scenes.h"

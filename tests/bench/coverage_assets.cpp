@@ -13,8 +13,8 @@
 #include "core/denoise/statistical.h"
 #include "core/error/error_estimate.h"
 #include "core/film/set_aside.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/feature_pass.h"
-#include "core/settings/registry.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 

@@ -14,7 +14,8 @@
 
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/settings/choices.h"
 #include "tests/bench/bench_views.h"
 #include "tests/bench/coverage_assets.h"
 #include "tests/support/errors.h"

@@ -15,7 +15,7 @@
 
 #include "core/base/check.h"
 #include "core/image_io/image_io.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/bench/named_view.h"
 #include "tests/render/asset_files.h"
 #include "tests/support/scenes.h"

@@ -42,7 +42,7 @@ void report_film() {
   settings.film.albedo = settings.film.normal = settings.film.depth = false;
   const double pixels = 1920.0 * 1080.0;
   const double before = resident_bytes();
-  core::Film film(settings);
+  core::Film film(settings, core::PixelErrors::kIndependent, false);
   for (int t = 0; t < film.tile_count(); ++t) {
     core::TileState tile = film.tile(t);
     tile.samples = 1;

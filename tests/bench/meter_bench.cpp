@@ -12,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/film/meter_reading.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/unsampled_light.h"
 #include "core/render/task/render_task.h"
 #include "tests/support/caustic.h"
@@ -76,7 +77,7 @@ std::vector<core::MeterReading> measured(core::View view, int paths, std::uint64
   view.settings.seed = seed;
   const auto renderer = test_support::settled_renderer(view);
   CHECK(renderer);
-  const auto film = std::make_shared<core::Film>(view.settings);
+  const auto film = core::make_film(view.settings);
   NullSink sink;
   core::TaskOptions options;
   options.stop.samples_per_pixel = paths;

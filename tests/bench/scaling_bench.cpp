@@ -24,6 +24,7 @@
 #include "core/base/cpu_time.h"
 #include "core/film/film.h"
 #include "core/film/half_sums.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "core/render/units/slice_work.h"
@@ -40,7 +41,7 @@ struct NullSink final : core::RenderSink {
 /// A separate job for every run.
 struct Job {
   Job(std::shared_ptr<const core::Renderer> renderer, int samples)
-      : film(std::make_shared<core::Film>(renderer->view().settings)) {
+      : film(core::make_film(renderer->view().settings)) {
     core::TaskOptions options;
     options.stop.samples_per_pixel = samples;
     slice_seconds = options.slice_target_seconds;

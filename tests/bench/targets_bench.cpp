@@ -12,7 +12,6 @@
 
 #include "core/render/task/render_task.h"
 #include "core/scene_io/builtin_scenes.h"
-#include "core/settings/registry.h"
 #include "tests/bench/asset_groups.h"
 #include "tests/bench/bench_views.h"
 #include "tests/support/errors.h"

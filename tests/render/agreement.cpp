@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/layers/layers.h"
-#include "core/settings/registry.h"
+#include "core/settings/light_shares.h"
 #include "tests/support/statistics.h"
 
 namespace test_support {

@@ -4,7 +4,6 @@
 
 #include <cstdio>
 
-#include "core/settings/registry.h"
 #include "tests/render/agreement_scenes.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"

@@ -8,7 +8,7 @@
 #include "core/render/task/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 
 namespace {

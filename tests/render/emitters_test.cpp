@@ -12,9 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/light_samplers/light_sampler.h"
 #include "core/lights/made_environment.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/render/agreement.h"
 #include "tests/render/gltf_stage.h"
 #include "tests/support/statistics.h"

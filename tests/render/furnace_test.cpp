@@ -1,5 +1,6 @@
 // Closed spheres and constant environments (truths 1, 2 and 9), for every row of the registries.
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/settings/choices.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
 

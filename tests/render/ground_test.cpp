@@ -10,7 +10,6 @@
 #include "core/denoise/statistical.h"
 #include "core/integrators/path/catcher.h"
 #include "core/scene/drawn.h"
-#include "core/settings/registry.h"
 #include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"
 #include "tests/render/truth.h"

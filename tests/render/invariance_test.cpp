@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/render/gltf_stage.h"
 #include "tests/support/scenes.h"
 

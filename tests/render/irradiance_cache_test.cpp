@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/render/truth.h"
 
 namespace {

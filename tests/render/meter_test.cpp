@@ -10,10 +10,11 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/lights/made_environment.h"
 #include "core/lights/sun_position.h"
 #include "core/render/picture/unsampled_light.h"
-#include "core/settings/registry.h"
+#include "core/settings/light_shares.h"
 #include "tests/support/least_covered.h"
 #include "tests/support/scenes.h"
 

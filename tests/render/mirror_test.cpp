@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/render/agreement.h"
 #include "tests/render/gltf_stage.h"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "tests/render/truth.h"
@@ -72,7 +73,7 @@ TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
   options.stop.samples_per_pixel = 4;
   options.slice_target_seconds = 1e-4;
   for (int taken = 3; taken < 30; taken += 9) {
-    const auto film = std::make_shared<core::Film>(view.settings);
+    const auto film = core::make_film(view.settings);
     NoSink sink;
     core::RenderTask task(*renderer, film, options, sink);
     for (int i = 0; i < taken; ++i) {
@@ -80,7 +81,7 @@ TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
         task.run(*slice);
       }
     }
-    const auto again = std::make_shared<core::Film>(view.settings);
+    const auto again = core::make_film(view.settings);
     for (int t = 0; t < film->tile_count(); ++t) {
       again->restore(t, film->tile(t), film->tile_revision(t));
     }

@@ -6,10 +6,10 @@
 #include <functional>
 #include <numbers>
 
+#include "core/integrators/maps/photon_rules.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
-#include "core/settings/photon_rules.h"
-#include "core/settings/registry.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
 #include "tests/support/statistics.h"
@@ -442,7 +442,7 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
     options.stop.samples_per_pixel = 4;
     // Records of the cache are separate slices.
     for (int taken = 2; taken < 350; taken = taken < 60 ? taken + 7 : taken + 97) {
-      const auto film = std::make_shared<core::Film>(view.settings);
+      const auto film = core::make_film(view.settings);
       NoSink sink;
       core::RenderTask task(*renderer, film, options, sink);
       for (int i = 0; i < taken; ++i) {
@@ -450,7 +450,7 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
           task.run(*slice);
         }
       }
-      const auto again = std::make_shared<core::Film>(view.settings);
+      const auto again = core::make_film(view.settings);
       if (film->has_splats()) {
         again->restore_splats(film->splats());
       }

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/integrators/registry.h"
 #include "core/math/numbers.h"
 #include "core/render/picture/meter.h"
-#include "core/settings/registry.h"
 #include "tests/render/truth.h"
 
 namespace {

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
 #include "core/transport/vertex.h"
 #include "tests/support/scenes.h"
 

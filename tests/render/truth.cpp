@@ -1,6 +1,6 @@
 #include "tests/render/truth.h"
 
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace test_support {
 

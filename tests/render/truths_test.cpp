@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

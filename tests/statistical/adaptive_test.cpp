@@ -9,8 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/layers/layers.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/statistics.h"
 #include "tests/support/synthetic.h"
 

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/reference_images.h"
-#include "core/settings/registry.h"
 #include "tests/support/errors.h"
 #include "tests/support/least_covered.h"
 #include "tests/support/scenes.h"

@@ -12,7 +12,7 @@
 
 #include "core/error/error_estimate.h"
 #include "core/error/pixel_error.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "tests/support/caustic.h"
 #include "tests/support/errors.h"
 #include "tests/support/least_covered.h"

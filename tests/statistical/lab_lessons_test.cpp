@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/maps/photon_rules.h"
 #include "core/lab/run.h"
-#include "core/settings/photon_rules.h"
 
 namespace {
 

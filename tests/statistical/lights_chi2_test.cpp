@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/light_samplers/light_sampler.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

@@ -9,7 +9,7 @@
 #include "core/samplers/halton.h"
 #include "core/samplers/path_sampler.h"
 #include "core/samplers/point_sets.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "core/settings/sample_sets.h"
 #include "tests/support/statistics.h"
 

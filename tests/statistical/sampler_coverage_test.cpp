@@ -13,7 +13,7 @@
 #include "core/error/pixel_error.h"
 #include "core/layers/layers.h"
 #include "core/render/task/pass_plan.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/errors.h"
 #include "tests/support/least_covered.h"
 #include "tests/support/scenes.h"

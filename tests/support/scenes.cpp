@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/integrators/registry.h"
 #include "core/math/numbers.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
 
 namespace test_support {
 
@@ -241,7 +241,7 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   auto renderer = test_support::settled_renderer(view);
   CHECK(renderer);
   Picture picture;
-  picture.film = std::make_shared<core::Film>(view.settings);
+  picture.film = core::make_film(view.settings);
   NullSink sink;
   core::TaskOptions options;
   options.stop = stop;

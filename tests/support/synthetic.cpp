@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/integrators/registry.h"
 #include "core/render/picture/tile_fill.h"
 #include "core/render/task/pass_plan.h"
 
@@ -62,7 +63,7 @@ class Nobody final : public core::RenderSink {
 Picture render(const Synthetic& synthetic, int samples, std::uint64_t seed, int threads) {
   const auto renderer = std::make_shared<const SyntheticRenderer>(synthetic, seed);
   Picture picture;
-  picture.film = std::make_shared<core::Film>(renderer->view().settings);
+  picture.film = core::make_film(renderer->view().settings);
   Nobody sink;
   core::TaskOptions options;
   options.stop.samples_per_pixel = samples;

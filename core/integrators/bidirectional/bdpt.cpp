@@ -7,7 +7,6 @@
 
 #include "core/color/wavelength.h"
 #include "core/integrators/bidirectional/bdpt_tracer.h"
-#include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/direct_light.h"

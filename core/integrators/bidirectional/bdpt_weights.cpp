@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace core {
 namespace {

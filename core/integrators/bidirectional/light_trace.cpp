@@ -4,7 +4,6 @@
 // without weights. Source: Veach 1997, 8.3 and 10.2 (t = 1); PBR 3rd ed. 16.1.2, Dutre, Lafortune
 // and Willems 1993.
 #include "core/integrators/path/path_tracer.h"
-#include "core/integrators/registry.h"
 #include "core/light_samplers/emission_sampler.h"
 #include "core/samplers/dimensions.h"
 #include "core/transport/light_path.h"

@@ -7,8 +7,8 @@
 #include "core/integrators/bidirectional/bdpt_vertex.h"
 #include "core/integrators/integrator.h"
 #include "core/integrators/maps/photon_pass.h"
+#include "core/integrators/maps/photon_rules.h"
 #include "core/integrators/registry.h"
-#include "core/settings/photon_rules.h"
 
 namespace core {
 

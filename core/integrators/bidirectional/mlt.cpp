@@ -263,7 +263,7 @@ class Metropolis final : public Integrator {
         height_(static_cast<float>(settings_.film.height) - 1 + 2 * reach_px_),
         paths_(input) {
     RenderSettings settings;
-    unscattered_ = make_bdpt(without_scattering(input, settings));
+    unscattered_ = find_integrator("bdpt")->make(without_scattering(input, settings));
   }
 
   PathSample trace(const Camera::CameraRay& camera_ray, const PathSampler& sampler,

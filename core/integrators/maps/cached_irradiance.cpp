@@ -17,7 +17,6 @@
 
 #include "core/integrators/maps/irradiance_cache.h"
 #include "core/integrators/path/path_tracer.h"
-#include "core/integrators/registry.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"

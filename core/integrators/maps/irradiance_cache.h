@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/integrators/maps/cache_rules.h"
 #include "core/math/vec.h"
-#include "core/settings/cache_rules.h"
 
 namespace core {
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/color/rgb.h"
+#include "core/integrators/maps/photon_rules.h"
 #include "core/math/vec.h"
-#include "core/settings/photon_rules.h"
 
 namespace core {
 

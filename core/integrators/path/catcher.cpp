@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "core/bsdf/clearcoat_lobe.h"
-#include "core/integrators/registry.h"
 #include "core/math/frame.h"
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"

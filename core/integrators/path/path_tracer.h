@@ -196,5 +196,7 @@ using SpectralTracer = PathTracer<SpectralOptions>;
 
 using StudyTracer = PathTracer<StudyOptions>;
 std::unique_ptr<GroupTracer> make_shared_lights_tracer(const StudyTracer& owner);
+/// Path tracing with the ground as shadow catcher.
+std::unique_ptr<const Integrator> make_catcher(const IntegratorInput& input);
 
 }  // namespace core

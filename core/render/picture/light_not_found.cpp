@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "core/base/statistics.h"
+#include "core/integrators/registry.h"
 #include "core/math/numbers.h"
 #include "core/scene/scene_data.h"
-#include "core/settings/registry.h"
 
 namespace core {
 namespace {

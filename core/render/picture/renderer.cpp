@@ -20,6 +20,7 @@
 #include "core/film/camera_sample.h"
 #include "core/integrators/census.h"
 #include "core/integrators/integrator.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/camera_start.h"
 #include "core/render/picture/filtered_splats.h"
 #include "core/render/picture/meter.h"
@@ -27,7 +28,6 @@
 #include "core/render/task/pass_plan.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
-#include "core/settings/registry.h"
 #include "core/transport/path_state.h"
 #include "core/wave/wave_tracer.h"
 

@@ -223,6 +223,9 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
   }
   const auto per = static_cast<std::uint32_t>(rule.replicates) / 2;
   const auto passes = static_cast<std::uint32_t>(rule.history);
+  // Rounds go through the replicates of the half, then to their next windows.
+  const std::uint32_t replicate = turn.round % per;
+  const std::uint32_t windows_begin = turn.round / per * (per * passes);
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     const int sample = turn.step + static_cast<int>(pass) * rule.replicates;
     for (int y = cell.y; y < cell.y + cell.height; ++y) {
@@ -237,8 +240,8 @@ inline void find_due(const TileState& state, const FillRule& rule, PixelRect cel
           continue;
         }
         const PlanPosition at = {state.span, rule.step, x, y};
-        const std::uint32_t k = planned_count(state.plan[pixel], at, turn.step) +
-                                turn.round / per * per * passes + turn.round % per + pass * per;
+        const std::uint32_t k = planned_count(state.plan[pixel], at, turn.step) + windows_begin +
+                                pass * per + replicate;
         if (k < planned_count(state.plan[pixel], at, turn.step + 1)) {
           due.push_back({x, y, sample_of_half(k, rule.replicates, turn.half), pixel});
         }

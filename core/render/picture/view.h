@@ -7,9 +7,9 @@
 #include "core/aovs/motion.h"
 #include "core/base/result.h"
 #include "core/camera/moving_camera.h"
+#include "core/integrators/rules.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
-#include "core/settings/rules.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -35,7 +35,7 @@ struct View {
 
 /// Returns what rules depend on in the scene, which must outlive the result.
 SceneTraits traits_of(const SceneSummary& scene);
-/// Errors: kInvalidArgument if the view breaks a rule (core/settings/rules.h); the first.
+/// Errors: kInvalidArgument if the view breaks a rule (core/integrators/rules.h); the first.
 Status check_rules(const View& view);
 /// Returns the view's camera. Errors: as above; kInvalidArgument at "/camera/...".
 Result<MovingCamera> camera_of(const View& view);

@@ -9,12 +9,13 @@
 
 #include "core/error/error_estimate.h"
 #include "core/integrators/census.h"
+#include "core/integrators/maps/photon_rules.h"
 #include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "core/samplers/streams.h"
 #include "core/scene/scene_data.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 
 namespace core {
 namespace {
@@ -89,7 +90,7 @@ Result<Rendered> render_pilot(const View& view, int samples, const std::stop_tok
   if (!renderer) {
     return renderer.error();
   }
-  auto film = std::make_shared<Film>(view.settings);
+  auto film = make_film(view.settings);
   TaskOptions options;
   options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
   options.compares = false;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 
 namespace core {
 namespace {

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/pass_plan.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 
 namespace core {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace core {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/error/compared_error.h"
+#include "core/integrators/registry.h"
 #include "core/samplers/streams.h"
-#include "core/settings/registry.h"
 
 namespace core {
 
@@ -37,13 +37,13 @@ std::uint64_t reference_bytes(const RenderSettings& settings) {
   if (!references) {
     return 0;
   }
-  const Film film(*references);
-  const PixelRect crop = film.crop();
+  const auto film = make_film(*references);
+  const PixelRect crop = film->crop();
   const auto pixels =
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   // A comparison copies both films and sums m, m with a sign, and the counted pixels.
   constexpr std::uint64_t kSums = 3 * sizeof(double);
-  return 2 * film.bytes() + Film(settings).bytes() + pixels * kSums;
+  return 2 * film->bytes() + make_film(settings)->bytes() + pixels * kSums;
 }
 
 int reference_samples(int samples) {
@@ -81,7 +81,7 @@ std::unique_ptr<ReferenceImages> ReferenceImages::create(const View& view, doubl
 
 ReferenceImages::ReferenceImages(std::shared_ptr<const Renderer> renderer, double slice_seconds)
     : renderer_(std::move(renderer)),
-      film_(std::make_shared<Film>(renderer_->view().settings)),
+      film_(make_film(renderer_->view().settings)),
       slice_seconds_(slice_seconds),
       sink_(std::make_unique<Sink>()) {}
 

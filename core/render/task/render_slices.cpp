@@ -3,10 +3,11 @@
 #include <utility>
 
 #include "core/film/meter_reading.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/unsampled_light.h"
 #include "core/render/task/render_task_impl.h"
 #include "core/render/units/slice_work.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 
 namespace core {
 

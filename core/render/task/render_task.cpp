@@ -6,13 +6,13 @@
 
 #include "core/base/mutex.h"
 #include "core/integrators/census.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/light_not_found.h"
 #include "core/render/task/allocation.h"
 #include "core/render/task/pass_plan.h"
 #include "core/render/task/pass_policy.h"
 #include "core/render/task/progress_meter.h"
 #include "core/render/task/render_task_impl.h"
-#include "core/settings/registry.h"
 
 namespace core {
 namespace {

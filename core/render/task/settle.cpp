@@ -3,7 +3,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/integrators/registry.h"
 #include "core/render/picture/light_not_found.h"
 #include "core/render/picture/split_pilot.h"
 #include "core/render/task/choose_integrator.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/cpu_time.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace core {
 

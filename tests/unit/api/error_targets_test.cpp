@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "api/job/job_spec.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace {
 

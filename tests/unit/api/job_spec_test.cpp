@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/sample_sets.h"
 
 namespace {
 

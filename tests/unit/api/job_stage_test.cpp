@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job/job_spec.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
 namespace {
 

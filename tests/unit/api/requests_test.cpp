@@ -9,7 +9,7 @@
 #include "api/job/job_checks.h"
 #include "api/job/stop_rules.h"
 #include "api/json/faults.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // What goes together: for every pair of values of the tables, and scenes of each kind, the parser
 // of requests and the renderer give the same answer.
-#include "core/settings/rules.h"
+#include "core/integrators/rules.h"
 
 #include <algorithm>
 #include <functional>
@@ -19,8 +19,10 @@
 #include "api/job/job_spec.h"
 #include "api/json/faults.h"
 #include "api/json/json.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/renderer.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/light_shares.h"
 #include "tests/support/milk.h"
 #include "tests/support/scenes.h"
 

@@ -9,7 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "api/job/job_spec.h"
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/settings/choices.h"
 
 namespace {
 

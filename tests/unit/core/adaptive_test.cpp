@@ -13,13 +13,15 @@
 #include <malloc.h>
 
 #include "core/film/sample_plan.h"
+#include "core/integrators/registry.h"
 #include "core/layers/layers.h"
 #include "core/render/task/allocation.h"
 #include "core/render/task/eta.h"
 #include "core/render/task/pass_plan.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -111,7 +113,7 @@ std::unique_ptr<Film> calm_film(core::RenderSettings& settings, float mean, int 
   settings.film.width = 2 * side;
   settings.film.height = side;
   settings.adaptive = {AdaptiveType::kPilot, 32, core::Granularity::kPixel, 0};
-  auto film = std::make_unique<Film>(settings);
+  auto film = std::make_unique<Film>(settings, core::PixelErrors::kIndependent, false);
   for (int t = 0; t < film->tile_count(); ++t) {
     core::TileState tile = film->tile(t);
     tile.samples = 32;
@@ -240,7 +242,7 @@ core::TaskOptions samples(int n) {
 
 std::string digest_of(const core::View& view, int count, int threads,
                       double slice_seconds = 0.0005) {
-  const auto film = std::make_shared<Film>(view.settings);
+  const auto film = make_film(view.settings);
   Nobody sink;
   core::TaskOptions options = samples(count);
   options.slice_target_seconds = slice_seconds;
@@ -283,7 +285,7 @@ TEST(AdaptiveBits, AreReproducibleForEverySamplerAndSetsAreWhole) {
 
 /// Restores the content of a checkpoint: every tile. Pre: no slice is in progress.
 std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
-  auto film = std::make_shared<Film>(view.settings);
+  auto film = make_film(view.settings);
   for (int t = 0; t < from.tile_count(); ++t) {
     film->restore(t, from.tile(t), from.tile_revision(t));
   }
@@ -296,7 +298,7 @@ TEST(AdaptiveBits, AreIndependentOfARestartAtAnyPoint) {
   const auto renderer = renderer_of(view);
   const std::string whole = digest_of(view, 50, 2);
   Nobody sink;
-  auto film = std::make_shared<Film>(view.settings);
+  auto film = make_film(view.settings);
   bool over = false;
   int restarts = 0;
   while (!over) {
@@ -317,7 +319,7 @@ TEST(AdaptiveBits, AreIndependentOfARestartAtAnyPoint) {
 TEST(AdaptiveBits, AreIndependentOfPausesAndExtensions) {
   const core::View view = small_view(AdaptiveType::kPilot);
   const std::string whole = digest_of(view, 60, 2);
-  auto film = std::make_shared<Film>(view.settings);
+  auto film = make_film(view.settings);
   for (const int count : {30, 40, 60}) {  // within an epoch, at its end, in the next
     Nobody sink;
     RenderTask task(renderer_of(view), film, samples(count), sink);
@@ -334,7 +336,7 @@ TEST(AdaptiveBits, AreIndependentOfPausesAndExtensions) {
 // film.
 TEST(AdaptiveBits, AreIndependentOfAClockRule) {
   const core::View view = small_view(AdaptiveType::kPilot);
-  auto film = std::make_shared<Film>(view.settings);
+  auto film = make_film(view.settings);
   Nobody sink;
   core::TaskOptions options;
   options.stop.seconds = 0.15;

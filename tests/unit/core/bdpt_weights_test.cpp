@@ -15,8 +15,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/math/offset_ray.h"
-#include "core/settings/registry.h"
 #include "core/transport/intersect.h"
 #include "core/transport/surface_event.h"
 #include "core/transport/visibility.h"

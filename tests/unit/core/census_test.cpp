@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"
+#include "core/integrators/registry.h"
 #include "core/render/picture/light_not_found.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
@@ -53,7 +54,7 @@ std::optional<LightNotFound> rendered(const std::shared_ptr<Film>& film, int sam
   return task.progress().light_not_found;
 }
 
-std::shared_ptr<Film> film_of() { return std::make_shared<Film>(test_support::caustic().settings); }
+std::shared_ptr<Film> film_of() { return make_film(test_support::caustic().settings); }
 
 TEST(LightNotFoundBits, AreIndependentOfThreads) {
   expect_same(rendered(film_of(), 6, 1), rendered(film_of(), 6, 3));
@@ -95,8 +96,7 @@ TEST(LightNotFound, EndsAJob) {
   NullSink sink;
   core::TaskOptions options = options_of(64);
   options.stop.light_not_found = 0.5;
-  RenderTask task(renderer_of(view), std::make_shared<Film>(view.settings), std::move(options),
-                  sink);
+  RenderTask task(renderer_of(view), make_film(view.settings), std::move(options), sink);
   core::run_to_end(task, 2);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kLightNotFound);
   EXPECT_LE(task.progress().light_not_found->at_most, 0.5);

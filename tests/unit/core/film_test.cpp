@@ -11,10 +11,11 @@
 #include "core/denoise/statistical.h"
 #include "core/error/pixel_error.h"
 #include "core/film/filter.h"
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
 #include "core/render/picture/tile_fill.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

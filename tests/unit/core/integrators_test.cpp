@@ -7,8 +7,8 @@
 
 #include "core/film/film.h"
 #include "core/integrators/integrator.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
 namespace {

@@ -12,9 +12,9 @@
 #include "core/aovs/object_boxes.h"
 #include "core/film/film_format.h"
 #include "core/film/film_merge.h"
+#include "core/integrators/registry.h"
 #include "core/layers/layers.h"
 #include "core/scene/matte_names.h"
-#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
 namespace {

@@ -1,4 +1,6 @@
 // Partial images of the light: layers bounce:N and light:NAME.
+#include "core/settings/light_shares.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -6,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "core/film/film_format.h"
+#include "core/integrators/registry.h"
 #include "core/layers/layers.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
 namespace {

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -50,7 +50,7 @@ Rendered rendered(const core::View& view, int n, int threads,
   const auto renderer = test_support::settled_renderer(view);
   EXPECT_TRUE(renderer);
   Rendered out;
-  out.film = film ? std::move(film) : std::make_shared<core::Film>(view.settings);
+  out.film = film ? std::move(film) : core::make_film(view.settings);
   QuietSink sink;
   core::TaskOptions options;
   options.stop = samples(n);
@@ -137,7 +137,7 @@ TEST(ReferenceImages, AreNotLentToOtherMachines) {
   options.stop = samples(2);
   const auto renderer = test_support::settled_renderer(view);
   ASSERT_TRUE(renderer);
-  core::RenderTask task(*renderer, std::make_shared<core::Film>(view.settings), options, sink);
+  core::RenderTask task(*renderer, core::make_film(view.settings), options, sink);
   bool was_busy = false;
   while (!task.finished()) {
     const bool lends = task.can_lend();

@@ -1,5 +1,6 @@
 // Every table of named values has exactly one row for each enumerator, with a name and a summary.
-#include "core/settings/registry.h"
+
+#include "core/integrators/registry.h"
 
 #include <algorithm>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include "core/color/tone_map.h"
 #include "core/denoise/denoiser_type.h"
+#include "core/settings/choices.h"
 #include "tests/support/enumerators.h"
 
 namespace {

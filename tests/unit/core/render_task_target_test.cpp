@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/film/meter_reading.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "tests/support/scenes.h"
@@ -38,8 +39,7 @@ TEST(RenderTaskProgress, OfAnErrorTargetDoesNotDecrease) {
     SilentSink sink;
     core::TaskOptions options;
     options.stop.relative_error = target;
-    core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings), options,
-                          sink);
+    core::RenderTask task(renderer_of(view), core::make_film(view.settings), options, sink);
     double last = 0;
     double early = 1;
     while (!task.finished()) {
@@ -71,7 +71,7 @@ TEST(RenderTaskTarget, ErrorHasTheConfidenceOfTheJob) {
     core::TaskOptions options;
     options.stop.samples_per_pixel = 8;
     options.stop.confidence = confidence;
-    core::RenderTask task(renderer, std::make_shared<core::Film>(view.settings), options, sink);
+    core::RenderTask task(renderer, core::make_film(view.settings), options, sink);
     core::run_to_end(task, 2);
     reaches.push_back(task.progress().error.reach);
   }
@@ -91,10 +91,10 @@ TEST(RenderTaskTarget, IsDecidedAfterARestartAtTheCheckThatMeetsIt) {
     options.denoised_bound = [](const core::Film& film, double /*confidence*/) {
       return 1 / film.sample_counts().mean;
     };
-    const auto film = std::make_shared<core::Film>(view.settings);
+    const auto film = core::make_film(view.settings);
     core::RenderTask task(renderer, film, options, sink);
     core::run_to_end(task, 2);
-    const auto restored = std::make_shared<core::Film>(view.settings);
+    const auto restored = core::make_film(view.settings);
     for (int t = 0; t < film->tile_count(); ++t) {
       restored->restore(t, film->tile(t), film->tile_revision(t));
     }
@@ -134,7 +134,7 @@ TEST(RenderTask, EndsWhenEveryPointOfTheMeterMeetsItsTarget) {
     core::TaskOptions options;
     options.stop.meter_error = target;
     options.stop.samples_per_pixel = 1024;
-    auto film = std::make_shared<core::Film>(view.settings);
+    auto film = core::make_film(view.settings);
     core::RenderTask task(renderer_of(view), film, options, sink);
     core::run_to_end(task, 2);
     EXPECT_EQ(task.stop_reason(), core::StopReason::kMeterError) << target;
@@ -161,8 +161,8 @@ TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
   const core::View view = small_view();
   SilentSink sink;
   Asked asked;
-  core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings),
-                        asked.options(0.1), sink);
+  core::RenderTask task(renderer_of(view), core::make_film(view.settings), asked.options(0.1),
+                        sink);
   core::run_to_end(task, 2);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kDenoisedError);
   EXPECT_EQ(asked.samples, (std::vector<double>{4, 6, 8, 12}));
@@ -177,8 +177,7 @@ TEST(RenderTask, UsesItsOtherRulesWithoutADenoiser) {
   core::TaskOptions options;
   options.stop.denoised_error = 10;
   options.stop.samples_per_pixel = 8;
-  core::RenderTask task(renderer_of(view), std::make_shared<core::Film>(view.settings), options,
-                        sink);
+  core::RenderTask task(renderer_of(view), core::make_film(view.settings), options, sink);
   core::run_to_end(task, 2);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
 }
@@ -187,7 +186,7 @@ TEST(RenderTask, UsesItsOtherRulesWithoutADenoiser) {
 TEST(RenderTask, ResumesToTheSameDenoisedTarget) {
   const core::View view = small_view();
   SilentSink sink;
-  const auto film = std::make_shared<core::Film>(view.settings);
+  const auto film = core::make_film(view.settings);
   core::TaskOptions first;
   first.stop.samples_per_pixel = 6;
   core::RenderTask before(renderer_of(view), film, first, sink);

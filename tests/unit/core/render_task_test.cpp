@@ -9,7 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/picture/tile_fill.h"
 #include "core/render/task/settle.h"
 #include "core/sampling/optimal_mis.h"
@@ -158,7 +159,7 @@ void go_on(const core::View& view, const std::shared_ptr<Film>& film, core::Task
 }
 
 std::string digest_of(const core::View& view, core::TaskOptions options, int threads) {
-  const auto film = std::make_shared<Film>(view.settings);
+  const auto film = make_film(view.settings);
   go_on(view, film, std::move(options), threads);
   return film->digest();
 }
@@ -184,10 +185,10 @@ TEST(FittedBits, AreIndependentOfRestartsAndExtensions) {
   for (const bool regression : {false, true}) {
     const core::View view = small_view(regression);
     const std::string whole = digest_of(view, samples(64), 2);
-    auto film = std::make_shared<Film>(view.settings);
+    auto film = make_film(view.settings);
     for (const int count : {6, 24, 40, 64}) {
       go_on(view, film, samples(count), 2);
-      auto again = std::make_shared<Film>(view.settings);
+      auto again = make_film(view.settings);
       for (int t = 0; t < film->tile_count(); ++t) {
         again->restore(t, film->tile(t), film->tile_revision(t));
       }
@@ -195,7 +196,7 @@ TEST(FittedBits, AreIndependentOfRestartsAndExtensions) {
     }
     EXPECT_EQ(film->digest(), whole) << regression;
     // The fit is part of the state: without it the film continues differently.
-    film = std::make_shared<Film>(view.settings);
+    film = make_film(view.settings);
     go_on(view, film, samples(24), 2);
     for (int t = 0; t < film->tile_count(); ++t) {
       core::TileState state = film->tile(t);
@@ -228,7 +229,7 @@ TEST(FittedFilms, CountTheirMemory) {
   const core::View view = small_view(false);
   core::RenderSettings plain = view.settings;
   plain.estimator = {};
-  EXPECT_EQ(Film(view.settings).bytes() - Film(plain).bytes(),
+  EXPECT_EQ(make_film(view.settings)->bytes() - make_film(plain)->bytes(),
             40U * 36U * 2U * sizeof(ReplicateFit));
 }
 

@@ -14,7 +14,7 @@
 #include "core/samplers/path_sampler.h"
 #include "core/samplers/point_sets.h"
 #include "core/samplers/zsobol.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/statistics.h"
 
 namespace {

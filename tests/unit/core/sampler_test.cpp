@@ -8,7 +8,8 @@
 
 #include "core/samplers/dimensions.h"
 #include "core/samplers/path_sampler.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/statistics.h"
 
 namespace {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
 
 namespace {

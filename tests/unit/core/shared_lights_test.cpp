@@ -4,9 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
-#include "core/settings/registry.h"
+#include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -43,9 +44,7 @@ core::TaskOptions options_of(double slice_seconds, int samples = 60) {
   return options;
 }
 
-std::shared_ptr<Film> film_of(const core::View& view) {
-  return std::make_shared<Film>(view.settings);
-}
+std::shared_ptr<Film> film_of(const core::View& view) { return make_film(view.settings); }
 
 std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
   auto renderer = test_support::settled_renderer(view);

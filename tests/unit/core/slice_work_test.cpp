@@ -11,10 +11,11 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
 #include "core/render/units/result_size.h"
 #include "core/render/units/unit_renderer.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -56,7 +57,7 @@ Film lent_film(
     const std::function<void(SliceWork&)>& spoil = [](SliceWork&) {}) {
   const auto here = renderer_of(view);
   core::UnitRenderer elsewhere(renderer_of(view));
-  auto film = std::make_shared<core::Film>(view.settings);
+  auto film = core::make_film(view.settings);
   QuietSink sink;
   core::RenderTask task(here, film, samples(sample_count), sink);
   while (!task.finished()) {
@@ -91,7 +92,7 @@ Film lent_film(
 }
 
 Film local_film(const core::View& view, int sample_count) {
-  auto film = std::make_shared<core::Film>(view.settings);
+  auto film = core::make_film(view.settings);
   QuietSink sink;
   core::RenderTask task(renderer_of(view), film, samples(sample_count), sink);
   core::run_to_end(task, 1);
@@ -118,7 +119,7 @@ TEST(SliceWork, LargestResultIsKnownBeforeRendering) {
   core::View view = small_view();
   view.settings.integrator = "bdpt";
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = false;
-  const core::Film film(view.settings);
+  const auto film = core::make_film(view.settings);
   const auto tiles = core::tile_rects({0, 0, 70, 45});
   const core::SplatLayout layout = core::splat_layout(view.settings, tiles);
   // Sums with the maximum number of bits everywhere: 19 bytes each, since ceil(128 / 7) is 19.
@@ -132,7 +133,7 @@ TEST(SliceWork, LargestResultIsKnownBeforeRendering) {
   }
   const std::size_t packed = core::pack_sums(layout, sums).size();
   EXPECT_EQ(packed, 70U * 45U * 2U * (1U + 3U * 19U));
-  EXPECT_LE(packed, core::result_bytes_max(film, 0));
+  EXPECT_LE(packed, core::result_bytes_max(*film, 0));
   // Every second sum: skipped sums need no more bytes than stored ones.
   for (auto& tile : sums) {
     for (std::size_t i = 0; i < tile.size(); i += 2) {
@@ -184,16 +185,15 @@ TEST(SliceWork, DoesNotSendAPrepassForAllSamples) {
   view.settings.film = small_view().settings.film;
   view.settings.cache.rays = 16;
   view.settings.cache.tolerance = 1;
-  auto film = std::make_shared<core::Film>(view.settings);
+  auto film = core::make_film(view.settings);
   QuietSink sink;
   core::RenderTask task(renderer_of(view), film, samples(2), sink);
   EXPECT_FALSE(task.can_lend());
   EXPECT_FALSE(task.take(core::RenderTask::Process::kOther));
   core::run_to_end(task, 1);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
-  EXPECT_TRUE(core::RenderTask(renderer_of(small_view()),
-                               std::make_shared<core::Film>(small_view().settings), samples(2),
-                               sink)
+  EXPECT_TRUE(core::RenderTask(renderer_of(small_view()), core::make_film(small_view().settings),
+                               samples(2), sink)
                   .can_lend());
 }
 
@@ -218,7 +218,7 @@ TEST(SliceWork, DetectsAMissingLightPath) {
 
 TEST(SliceWork, IsTakenAgainAfterItIsReturned) {
   const core::View view = small_view();
-  auto film = std::make_shared<core::Film>(view.settings);
+  auto film = core::make_film(view.settings);
   QuietSink sink;
   core::RenderTask task(renderer_of(view), film, samples(4), sink);
   for (int i = 0; i < 20; ++i) {
@@ -233,7 +233,7 @@ TEST(SliceWork, IsTakenAgainAfterItIsReturned) {
 class SliceResult : public ::testing::Test {
  protected:
   SliceResult()
-      : film_(std::make_shared<core::Film>(view_.settings)),
+      : film_(core::make_film(view_.settings)),
         task_(renderer_of(view_), film_, samples(4), sink_),
         given_(task_.prepare(*task_.take(), 1)),
         done_(given_) {

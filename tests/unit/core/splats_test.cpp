@@ -8,6 +8,7 @@
 
 #include "core/film/film_format.h"
 #include "core/film/film_merge.h"
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
 #include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
@@ -212,7 +213,7 @@ struct Checkpoint {
 };
 
 Checkpoint checkpoint_after(const std::shared_ptr<const core::Renderer>& renderer, int slices) {
-  Checkpoint out = {std::make_shared<Film>(renderer->view().settings), {}};
+  Checkpoint out = {make_film(renderer->view().settings), {}};
   NoSink sink;
   core::RenderTask task(renderer, out.film, eight_samples(), sink);
   for (int i = 0; i < slices; ++i) {
@@ -228,7 +229,7 @@ Checkpoint checkpoint_after(const std::shared_ptr<const core::Renderer>& rendere
 
 std::string digest_resumed_from(const std::shared_ptr<const core::Renderer>& renderer,
                                 const Checkpoint& from) {
-  const auto film = std::make_shared<Film>(renderer->view().settings);
+  const auto film = make_film(renderer->view().settings);
   for (int t = 0; t < film->tile_count(); ++t) {
     film->restore(t, from.film->tile(t), from.film->tile_revision(t));
   }

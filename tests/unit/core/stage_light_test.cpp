@@ -10,7 +10,7 @@
 #include "core/lights/made_environment.h"
 #include "core/lights/sky.h"
 #include "core/lights/studio.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "tests/support/statistics.h"
 
 namespace {

@@ -41,7 +41,7 @@ TEST(TilePlanes, EveryArrayHasARow) {
   };
   EXPECT_EQ((sizeof(core::TileState) - sizeof(WithoutArrays)) / sizeof(std::vector<core::Rgb>),
             core::kTilePlaneCount);
-  const core::Film film(all_recorded());
+  const core::Film film(all_recorded(), core::PixelErrors::kIndependent, false);
   core::TileState state = tile_of(film);
   std::set<const void*> arrays;
   core::for_each_plane([&](const auto& plane) {
@@ -54,10 +54,10 @@ TEST(TilePlanes, EveryArrayHasARow) {
 // A changed byte of an array that is part of the film changes the digest and the snapshot; one of
 // an array that serves the rendering changes neither.
 TEST(TilePlanes, AChangedByteIsSeenWhereTheRowSays) {
-  core::Film plain(all_recorded());
+  core::Film plain(all_recorded(), core::PixelErrors::kIndependent, false);
   plain.commit(0, tile_of(plain));
   core::for_each_plane([&](const auto& plane) {
-    core::Film film(all_recorded());
+    core::Film film(all_recorded(), core::PixelErrors::kIndependent, false);
     core::TileState state = tile_of(film);
     std::memset(static_cast<void*>(&(state.*plane.values).back()), 1, 1);
     film.commit(0, std::move(state));
@@ -77,7 +77,7 @@ TEST(TilePlanes, AChangedByteIsSeenWhereTheRowSays) {
 // The sizes of the values as they are in files, summed by hand.
 TEST(TilePlanes, BytesOfAPixelAreThoseOfAllArrays) {
   const core::RenderSettings settings = all_recorded();
-  const core::Film film(settings);
+  const core::Film film(settings, core::PixelErrors::kIndependent, false);
   const std::size_t by_hand = 2 * 24 + 32 + 8 + 32 + 2 * 48 + 2 * 2 * 12 + 44 + 72 + 4;
   EXPECT_EQ(core::pixel_bytes(core::shape_of(film),
                               [](const auto& plane) { return core::value_bytes(plane); }),

@@ -9,7 +9,7 @@
 
 #include "core/math/lane_math.h"
 #include "core/samplers/path_sampler.h"
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_environment.h"
 #include "core/wave/lane_sampler.h"

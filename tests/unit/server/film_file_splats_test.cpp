@@ -55,7 +55,7 @@ TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.meter.points.assign(20, {{0, 0, 0}, {0, 1, 0}});  // two chunks
-  core::Film film(settings);
+  core::Film film(settings, core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   const auto chunk_of = [&film](int chunk, int samples) {
@@ -66,7 +66,7 @@ TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   for (const int samples : {2, 4, 7}) {
     film.commit_meter(1, chunk_of(1, samples));
     ASSERT_TRUE(file->write(film, FilmRecord{}, false));
-    core::Film again(settings);
+    core::Film again(settings, core::PixelErrors::kIndependent, false);
     ASSERT_TRUE(FilmFile::open(path)->restore(again));
     EXPECT_EQ(again.meter_chunk(0).samples, 0);
     EXPECT_EQ(again.meter_chunk(1).samples, samples);

@@ -210,13 +210,13 @@ std::string decisions_of(const core::Film& film) {
 TEST(FilmFile, RestoresAdaptivePlans) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
-  core::Film film(adaptive_film());
+  core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   fill(film, 32);
   ASSERT_TRUE(file->write(film, record_of(32), false));
   {
-    core::Film undecided(adaptive_film());
+    core::Film undecided(adaptive_film(), core::PixelErrors::kIndependent, false);
     ASSERT_TRUE(load(path, undecided));
     EXPECT_EQ(decisions_of(undecided), decisions_of(film));
   }
@@ -227,7 +227,7 @@ TEST(FilmFile, RestoresAdaptivePlans) {
   fill(film, 64);
   decide(film, {64, 128});
   ASSERT_TRUE(file->write(film, record_of(64), false));
-  core::Film loaded(adaptive_film());
+  core::Film loaded(adaptive_film(), core::PixelErrors::kIndependent, false);
   ASSERT_TRUE(load(path, loaded));
   EXPECT_EQ(loaded.digest(), film.digest());
   EXPECT_EQ(decisions_of(loaded), decisions_of(film));
@@ -244,7 +244,7 @@ TEST(FilmFile, RestoresFittedCoefficients) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.estimator.mis = core::MisType::kOptimal;
-  core::Film film(settings);
+  core::Film film(settings, core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   const auto fits_of = [](const core::Film& of) {
@@ -268,7 +268,7 @@ TEST(FilmFile, RestoresFittedCoefficients) {
     }
     ASSERT_TRUE(file->write(film, record_of(samples), false));
   }
-  core::Film loaded(settings);
+  core::Film loaded(settings, core::PixelErrors::kIndependent, false);
   ASSERT_TRUE(load(path, loaded));
   EXPECT_EQ(loaded.digest(), film.digest());
   EXPECT_EQ(fits_of(loaded), fits_of(film));
@@ -281,7 +281,7 @@ TEST(FilmFile, RestoresFittedCoefficients) {
 TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
-  core::Film film(adaptive_film());
+  core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   fill(film, 32);
@@ -296,7 +296,7 @@ TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   int went_back = 0;
   for (std::uint64_t at = 0; at < whole.size(); at += 8009) {
     test_support::damage_file(path, at);
-    core::Film loaded(adaptive_film());
+    core::Film loaded(adaptive_film(), core::PixelErrors::kIndependent, false);
     if (load(path, loaded)) {
       const std::string seen = loaded.digest() + decisions_of(loaded);
       EXPECT_TRUE(seen == before || seen == after) << at;

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "api/json/error_codes.h"
+#include "core/integrators/registry.h"
 #include "tests/unit/server/jobs_fixture.h"
 
 namespace {
@@ -549,7 +550,8 @@ TEST_F(Jobs, EvictsFilmsOfCancelledJobsToo) {
 }
 
 TEST_F(Jobs, TenantKeepsNoMoreThanTheQuota) {
-  const std::uint64_t one = server::FilmFile::disk_bytes_max(core::Film(request(8).spec.render));
+  const std::uint64_t one =
+      server::FilmFile::disk_bytes_max(*core::make_film(request(8).spec.render));
   storage.tenant_bytes = one + one / 2;
   restart();
   const JobService::Submission mine{.access = Access::of("me")};

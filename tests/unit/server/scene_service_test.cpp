@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/sha256.h"
+#include "core/integrators/registry.h"
 #include "core/scene_io/builtin_scenes.h"
-#include "core/settings/registry.h"
 #include "server/scenes/scene_facts.h"
 #include "tests/unit/server/server_parts.h"
 #include "tests/unit/server/server_test_support.h"

@@ -1,4 +1,4 @@
-#include "core/settings/rules.h"
+#include "core/integrators/rules.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
+#include "core/settings/choices.h"
 #include "core/settings/sample_sets.h"
 
 namespace core {

@@ -1,24 +1,9 @@
-#include "core/settings/registry.h"
+#include "core/settings/choices.h"
 
-#include <algorithm>
 #include <array>
-#include <numeric>
-
-#include "core/settings/sample_sets.h"
 
 namespace core {
 namespace {
-
-constexpr std::array kErrorValidities = {
-    NamedValue<ErrorValidity>{"valid", ErrorValidity::kValid,
-                              "The halves estimate the variance of the mean."},
-    NamedValue<ErrorValidity>{
-        "from-chains", ErrorValidity::kFromChains,
-        "The halves estimate the variance of the mean; chains are independent, not samples."},
-    NamedValue<ErrorValidity>{"by-comparison", ErrorValidity::kByComparison,
-                              "The image is biased; it is compared with two independent unbiased "
-                              "images of an eighth of its samples."},
-};
 
 constexpr std::array<std::string_view, 2> kReplicateOptions = {"/sampler/replicates",
                                                                "/sampler/first_replicate"};
@@ -285,7 +270,6 @@ constexpr std::array kPoseConventions = {
 
 }  // namespace
 
-std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
 std::span<const NamedValue<SamplerType>> samplers() { return kSamplers; }
 std::span<const NamedValue<LightSamplerType>> light_samplers() { return kLightSamplers; }
 std::span<const NamedValue<Strategy>> strategies() { return kStrategies; }
@@ -311,126 +295,5 @@ std::span<const NamedValue<EnvironmentPreset>> environment_presets() { return kP
 std::span<const NamedValue<CameraType>> camera_types() { return kCameraTypes; }
 std::span<const NamedValue<DistortionModel>> distortion_models() { return kDistortionModels; }
 std::span<const NamedValue<PoseConvention>> pose_conventions() { return kPoseConventions; }
-
-namespace {
-
-template <typename Row>
-const Row* find_row(std::span<const Row> rows, std::string_view name) {
-  const auto row =
-      std::find_if(rows.begin(), rows.end(), [name](const Row& r) { return r.name == name; });
-  return row != rows.end() ? &*row : nullptr;
-}
-
-}  // namespace
-
-const IntegratorEntry* find_integrator(std::string_view name) {
-  return find_row(integrators(), name);
-}
-const LayerEntry* find_layer(std::string_view name) { return find_row(layers(), name); }
-
-std::vector<std::string_view> integrator_options() {
-  std::vector<std::string_view> all;
-  for (const IntegratorEntry& row : integrators()) {
-    for (const std::string_view option : row.accepts) {
-      if (std::find(all.begin(), all.end(), option) == all.end()) {
-        all.push_back(option);
-      }
-    }
-  }
-  return all;
-}
-
-RenderSettings default_settings(std::string_view integrator, bool has_error_target) {
-  RenderSettings settings;
-  const IntegratorEntry* row = find_integrator(integrator);
-  if (row == nullptr) {
-    return settings;
-  }
-  settings.integrator = integrator;
-  if (row->set_defaults != nullptr) {
-    row->set_defaults(settings);
-  }
-  const auto& accepts = row->accepts;
-  if (has_error_target && std::find(accepts.begin(), accepts.end(), "/adaptive") != accepts.end()) {
-    settings.adaptive.type = AdaptiveType::kPilot;
-  }
-  return settings;
-}
-
-RenderSettings with_caustics(const RenderSettings& settings) {
-  RenderSettings out = settings;
-  if (settings.integrator == "path" && settings.caustics != CausticsType::kOff) {
-    out.integrator = kCausticsIntegrator;
-    out.caustics = CausticsType::kOff;
-  }
-  return out;
-}
-
-std::string_view bias_of(const RenderSettings& settings) {
-  std::string_view bias = "none";
-  const auto add = [&bias](std::string_view more) {
-    if (more == "biased" || bias == "none") {
-      bias = more;
-    }
-  };
-  if (const IntegratorEntry* entry = find_integrator(settings.integrator)) {
-    add(entry->bias);
-  }
-  return bias;
-}
-
-bool halves_show_error(const RenderSettings& settings) {
-  const IntegratorEntry* entry = find_integrator(settings.integrator);
-  return entry != nullptr && entry->error != ErrorValidity::kByComparison;
-}
-
-int sample_unit(SamplerType sampler, int replicates) {
-  const int set = samples_in_set(sampler);
-  return set > 1 ? set * replicates : 1;
-}
-
-int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel) {
-  if ((sampler == SamplerType::kSobol || sampler == SamplerType::kHalton) &&
-      samples_per_pixel > 1) {
-    return samples_per_pixel + samples_per_pixel % 2;
-  }
-  const int unit = sample_unit(sampler, replicates);
-  return (samples_per_pixel + unit - 1) / unit * unit;
-}
-
-int shared_window(const RenderSettings& settings) {
-  const bool shares =
-      settings.light_sampler == LightSamplerType::kRestir && settings.light_history > 1;
-  return shares ? settings.light_history * settings.replicates : 1;
-}
-
-int sample_unit(const RenderSettings& settings) {
-  return std::lcm(sample_unit(settings.sampler, settings.replicates), shared_window(settings));
-}
-
-int rounded_samples(const RenderSettings& settings, int samples_per_pixel) {
-  const int unit = sample_unit(settings);
-  return unit > 1 ? (samples_per_pixel + unit - 1) / unit * unit
-                  : rounded_samples(settings.sampler, settings.replicates, samples_per_pixel);
-}
-
-bool integrator_splats(const RenderSettings& settings) {
-  const IntegratorEntry* entry = find_integrator(settings.integrator);
-  return entry != nullptr && entry->splats;
-}
-
-bool integrator_has_prepass(const RenderSettings& settings) {
-  const IntegratorEntry* entry = find_integrator(settings.integrator);
-  return entry != nullptr && entry->prepass_bytes != nullptr;
-}
-
-PixelErrors pixel_errors(const RenderSettings& settings) {
-  const bool shares =
-      settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
-  return settings.sampler == SamplerType::kZsobol || shares || integrator_splats(settings) ||
-                 integrator_has_prepass(settings)
-             ? PixelErrors::kCorrelated
-             : PixelErrors::kIndependent;
-}
 
 }  // namespace core

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/settings/registry.h"
+#include "core/integrators/registry.h"
 #include "core/settings/settings.h"
 
 namespace core {
+
+class Camera;
+class SceneData;
 
 /// One for each pixel of a film of 64 x 64: a judgement. Smaller films would see single particles.
 inline constexpr int kPhotonPathsLeast = 1 << 12;
@@ -26,6 +29,9 @@ inline int photon_paths(const RenderSettings& settings) noexcept {
                                     : static_cast<int>(std::clamp<std::int64_t>(
                                           pixels, kPhotonPathsLeast, kPhotonPathsUsual));
 }
+
+/// Returns the initial radius of the gather disks, unless the job sets it.
+float usual_photon_radius_m(const SceneData& scene, const Camera& camera, const FilmSettings& film);
 
 /// Returns the radius of the disks of sample `pass` of a replicate, relative to its first sample:
 /// r^2 is multiplied by (i + alpha) / (i + 1). Source: Knaus and Zwicker 2011, eq. 15.

@@ -271,7 +271,8 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
     {
       Session session = database->session();
       Status set = session.execute(
-          "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;");
+          "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA foreign_keys=ON;"
+          "PRAGMA temp_store=MEMORY;");
       if (!set) {
         return set;
       }

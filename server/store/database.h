@@ -137,15 +137,15 @@ class Database {
  private:
   template <typename Work>
   static core::Status commit(Session& session, const Work& work) {
-    if (auto begun = session.execute("BEGIN IMMEDIATE"); !begun) {
+    if (auto begun = session.prepare("BEGIN IMMEDIATE").run(); !begun) {
       return begun;
     }
     core::Status done = work(session);
     if (done) {
-      done = session.execute("COMMIT");
+      done = session.prepare("COMMIT").run();
     }
     if (!done) {
-      static_cast<void>(session.execute("ROLLBACK"));
+      static_cast<void>(session.prepare("ROLLBACK").run());
     }
     return done;
   }

@@ -16,9 +16,15 @@ constexpr const char* kInsert =
     "INSERT INTO jobs(id, state, scene, environment_asset, finished_at, film, film_bytes,"
     " cpu_seconds, record, record_crc, sequence) VALUES(?,?,?,?,?,?,?,?,?,?,?)";
 
+// A column that is set is written to its indexes even if it has that value already, each of which
+// is a page of the log: id, scene and environment never change, and the others change seldom.
 constexpr const char* kUpdate =
-    "UPDATE jobs SET id=?, state=?, scene=?, environment_asset=?, finished_at=?, film=?,"
-    " film_bytes=?, cpu_seconds=?, record=?, record_crc=? WHERE sequence=?";
+    "UPDATE jobs SET cpu_seconds=?2, record=?3, record_crc=?4 WHERE sequence=?1";
+constexpr const char* kUpdateState = "UPDATE jobs SET state=?2 WHERE sequence=?1 AND state<>?2";
+constexpr const char* kUpdateEnd =
+    "UPDATE jobs SET finished_at=?2 WHERE sequence=?1 AND finished_at IS NOT ?2";
+constexpr const char* kUpdateFilm =
+    "UPDATE jobs SET film=?2, film_bytes=?3 WHERE sequence=?1 AND (film, film_bytes)<>(?2, ?3)";
 
 #define TESSERA_JOB_COLUMNS                                                                    \
   "sequence, id, state, scene, environment_asset, finished_at, film, film_bytes, cpu_seconds," \
@@ -64,7 +70,31 @@ JobRow read_row(const Statement& from) {
   return row;
 }
 
+/// Writes the columns by which jobs are found.
+Status write_place(Database::Session& session, const JobRow& row) {
+  Statement state = session.prepare(kUpdateState);
+  if (auto status = state.bind(row.sequence).bind(row.state).run(); !status) {
+    return status;
+  }
+  Statement end = session.prepare(kUpdateEnd);
+  if (auto status = end.bind(row.sequence).bind(row.finished_at).run(); !status) {
+    return status;
+  }
+  Statement film = session.prepare(kUpdateFilm);
+  film.bind(row.sequence).bind(static_cast<std::int64_t>(row.film));
+  return film.bind(signed_of(row.film_bytes)).run();
+}
+
 Status write_labels(Database::Session& session, const JobRow& row) {
+  std::map<std::string, std::string> known;
+  Statement read = session.prepare("SELECT name, value FROM job_labels WHERE job=?");
+  read.bind(row.sequence);
+  while (read.step()) {
+    known.emplace(read.text(0), read.text(1));
+  }
+  if (auto status = read.status(); !status || known == row.labels) {
+    return status;
+  }
   if (auto status = session.prepare("DELETE FROM job_labels WHERE job=?").bind(row.sequence).run();
       !status) {
     return status;
@@ -79,7 +109,9 @@ Status write_labels(Database::Session& session, const JobRow& row) {
 }
 
 Status write_title(Database::Session& session, const JobRow& row) {
-  Statement keep = session.prepare("INSERT OR REPLACE INTO job_titles(job, title) VALUES(?,?)");
+  Statement keep = session.prepare(
+      "INSERT INTO job_titles(job, title) VALUES(?,?) ON CONFLICT(job)"
+      " DO UPDATE SET title=excluded.title WHERE title<>excluded.title");
   return keep.bind(row.sequence).bind(job_title(row.name, row.scene)).run();
 }
 
@@ -114,8 +146,9 @@ Status write_expiry(Database::Session& session, const JobRow& row) {
 Status write_stored_bytes(Database::Session& session, const JobRow& row) {
   const std::uint64_t bytes = row.film == FilmPlace::kOnDisk ? row.film_bytes : 0;
   Statement update = session.prepare(
-      row.finished_at ? "UPDATE job_owners SET stored_bytes=? WHERE job=?"
-                      : "UPDATE job_owners SET stored_bytes=MAX(reserved_bytes, ?) WHERE job=?");
+      row.finished_at ? "UPDATE job_owners SET stored_bytes=?1 WHERE job=?2 AND stored_bytes<>?1"
+                      : "UPDATE job_owners SET stored_bytes=MAX(reserved_bytes, ?1)"
+                        " WHERE job=?2 AND stored_bytes<>MAX(reserved_bytes, ?1)");
   return update.bind(signed_of(bytes)).bind(row.sequence).run();
 }
 
@@ -123,14 +156,15 @@ Status write_change(Database::Session& session, const JobRow& row,
                     const std::vector<EventRow>& events,
                     const std::vector<DeliveryRow>& deliveries) {
   Statement update = session.prepare(kUpdate);
-  bind_row(update, row);
-  if (auto status = update.bind(row.sequence).run(); !status) {
+  update.bind(row.sequence).bind(row.cpu_seconds).bind(row.record).bind(crc_of(row.record));
+  if (auto status = update.run(); !status) {
     return status;
   }
   if (session.changes() == 0) {
     return core::ok_status();  // Deleted in the meantime.
   }
-  for (const auto write : {&write_labels, &write_title, &write_expiry, &write_stored_bytes}) {
+  for (const auto write :
+       {&write_place, &write_labels, &write_title, &write_expiry, &write_stored_bytes}) {
     if (auto status = write(session, row); !status) {
       return status;
     }

@@ -259,6 +259,76 @@ TEST_F(Store, CommitsAChangeAndItsEventsTogetherOrNotAtAll) {
   EXPECT_EQ(jobs->events_after(1, 0, 0)->size(), 1U);
 }
 
+TEST_F(Store, AnUpdateStoresEachMemberThatChanged) {
+  const JobRow queued = made_job(1, "a");
+  ASSERT_TRUE(jobs->insert(queued, {}, {}));
+  const auto changed = [&](const auto& change) {
+    JobRow row = queued;
+    change(row);
+    EXPECT_TRUE(jobs->update(row, {}));
+    const auto found = jobs->find("a");
+    EXPECT_TRUE(jobs->update(queued, {}));
+    return **found;
+  };
+  EXPECT_EQ(changed([](JobRow& row) { row.state = "paused"; }).state, "paused");
+  EXPECT_EQ(changed([](JobRow& row) { row.finished_at = 2.5; }).finished_at, 2.5);
+  EXPECT_EQ(changed([](JobRow& row) { row.film = server::FilmPlace::kOnDisk; }).film,
+            server::FilmPlace::kOnDisk);
+  EXPECT_EQ(changed([](JobRow& row) { row.film_bytes = 7; }).film_bytes, 7U);
+  EXPECT_EQ(changed([](JobRow& row) { row.cpu_seconds = 3; }).cpu_seconds, 3);
+  EXPECT_EQ(changed([](JobRow& row) { row.record = "{}"; }).record, "{}");
+  const auto last = jobs->find("a");
+  EXPECT_EQ((**last).state, "queued");
+  EXPECT_EQ((**last).finished_at, std::nullopt);
+  EXPECT_EQ((**last).film, server::FilmPlace::kNone);
+  EXPECT_EQ((**last).film_bytes, 0U);
+}
+
+TEST_F(Store, AnUpdateChangesLabelsAndTitles) {
+  JobRow row = made_job(1, "a");
+  row.labels = {{"shot", "1"}, {"take", "2"}};
+  ASSERT_TRUE(jobs->insert(row, {}, {}));
+  const auto finds = [&](const std::string& name, const std::optional<std::string>& value) {
+    JobQuery query;
+    query.labels = {{name, value}};
+    return !listed(query).empty();
+  };
+  JobQuery titled;
+  titled.title = "lamp";
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_TRUE(finds("shot", "1") && finds("take", "2"));
+  row.labels = {{"shot", "1"}, {"take", "3"}};
+  row.name = "Lamp";
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_TRUE(finds("shot", "1") && finds("take", "3"));
+  EXPECT_FALSE(finds("take", "2"));
+  EXPECT_EQ(listed(titled).size(), 1U);
+  row.labels = {};
+  row.name = "";
+  ASSERT_TRUE(jobs->update(row, {}));
+  EXPECT_FALSE(finds("shot", std::nullopt) || finds("take", std::nullopt));
+  EXPECT_TRUE(listed(titled).empty());
+}
+
+TEST_F(Store, AnUpdateWritesNoPageOfWhatIsAsBefore) {
+  JobRow row = made_job(1, "a");
+  row.labels = {{"shot", "1"}};
+  row.tenant = "me";
+  ASSERT_TRUE(jobs->insert(row, {}, {}));
+  const auto pages = [&] {
+    EXPECT_TRUE(database->checkpoint());
+    EXPECT_TRUE(jobs->update(row, {}));
+    // Of the log's head, and of each page with its own.
+    return (std::filesystem::file_size(folder.file("tessera.db-wal")) - 32) / (24 + 4096);
+  };
+  row.record = R"({"samples_mean": 8})";
+  EXPECT_EQ(pages(), 1U);  // the job
+  row.state = "rendering";
+  EXPECT_EQ(pages(), 4U);  // and by state, scene and environment
+  row.finished_at = 1;
+  EXPECT_EQ(pages(), 3U);  // by film and by end
+}
+
 TEST_F(Store, DeletingAJobDeletesItsEventsLabelsAndKeys) {
   JobRow row = made_job(1, "a");
   row.labels["x"] = "y";

@@ -17,7 +17,7 @@ constexpr double kWriteShare = 20;
 /// Fraction of the interval after which writing begins, so that it completes within the interval.
 constexpr double kBegin = 0.8;
 /// Between two looks for jobs whose checkpoint is due.
-constexpr std::chrono::duration<double> kPauseMost{1};
+constexpr std::chrono::milliseconds kPauseMost{1000};
 
 }  // namespace
 
@@ -65,13 +65,17 @@ Status Checkpoints::save_now(const JobPointer& job) {
   return core::ok_status();
 }
 
+std::chrono::milliseconds Checkpoints::pause() const {
+  const std::chrono::duration<double> left(seconds_ * (1 - kBegin));
+  return left < kPauseMost ? std::chrono::duration_cast<std::chrono::milliseconds>(left)
+                           : kPauseMost;
+}
+
 void Checkpoints::save_due(const std::stop_token& stop) {
   if (Clock::now() < next_look_) {
     return;
   }
-  next_look_ =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::min(
-                         kPauseMost, std::chrono::duration<double>(seconds_ * (1 - kBegin))));
+  next_look_ = Clock::now() + pause();
   std::map<std::string, Clock::time_point> saved_at;  // of the jobs that still run
   for (const JobPointer& job : parts_.book.all()) {
     const auto run = job->run();

@@ -31,6 +31,8 @@ class Checkpoints {
   Checkpoints(Parts parts, double seconds, std::function<void(const JobPointer&)> on_full_disk)
       : parts_(parts), seconds_(seconds), on_full_disk_(std::move(on_full_disk)) {}
 
+  /// The longest time between two calls of save_due() after which a film is still saved in time.
+  std::chrono::milliseconds pause() const;
   /// Saves the films that are due. Call it from one thread.
   void save_due(const std::stop_token& stop);
   /// Saves the film of an unfinished job and records it. The record is never ahead of the file.

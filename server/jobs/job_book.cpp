@@ -85,11 +85,6 @@ JobPointer JobBook::find(const std::string& id) const {
   return found == jobs_.end() ? nullptr : found->second;
 }
 
-bool JobBook::is_empty() const {
-  const core::MutexLock lock(mutex_);
-  return jobs_.empty();
-}
-
 std::vector<JobPointer> JobBook::all() const {
   const core::MutexLock lock(mutex_);
   std::vector<JobPointer> jobs;

@@ -88,7 +88,6 @@ class JobBook {
   /// Forgets a deleted job. Its slot is released when its work ends.
   void forget(const Job& job);
   JobPointer find(const std::string& id) const;
-  bool is_empty() const;
   std::vector<JobPointer> all() const;
 
   /// Returns false when the queue is full and the job could not start at once.

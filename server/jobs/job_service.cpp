@@ -26,10 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPilotsAtATime = 4;
-/// Between two looks at jobs that wait for room or a checkpoint, and while there are none: then as
-/// expired ones are looked for (kForgetSeconds).
+/// Between two looks at jobs that wait for room.
 constexpr std::chrono::milliseconds kUpkeepPause{250};
-constexpr std::chrono::milliseconds kIdlePause{1000};
 constexpr double kHousekeepingSeconds = 600;
 constexpr double kForgetSeconds = 1;
 /// The write-ahead log, which a damaged bit makes worthless from there on, holds the changes of
@@ -261,7 +259,9 @@ void JobService::upkeep(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       const core::MutexLock lock(mutex);
-      never.wait_for(mutex, stop, book_.is_empty() ? kIdlePause : kUpkeepPause,
+      const bool waits = book_.queue_length() > 0;
+      never.wait_for(mutex, stop,
+                     waits ? kUpkeepPause : std::max(kUpkeepPause, life_.checkpoints().pause()),
                      [] { return false; });
     }
     if (book_.queue_length() > 0) {

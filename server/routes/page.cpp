@@ -47,16 +47,19 @@ Response page_answer(const Request& request, const PageFile& file) {
   return response;
 }
 
-std::vector<PageFile> page_files() {
-  std::vector<PageFile> files;
-  for (const web_page::File& file : web_page::files()) {
-    files.push_back({.path = std::string(file.path),
-                     .content_type = std::string(file.mime),
-                     .content = std::make_shared<const std::string>(plain_bytes(file)),
-                     .etag = std::string(file.etag),
-                     .is_immutable = file.is_immutable});
-  }
-  return files;
+const std::vector<PageFile>& page_files() {
+  static const std::vector<PageFile> all = [] {
+    std::vector<PageFile> files;
+    for (const web_page::File& file : web_page::files()) {
+      files.push_back({.path = std::string(file.path),
+                       .content_type = std::string(file.mime),
+                       .content = std::make_shared<const std::string>(plain_bytes(file)),
+                       .etag = std::string(file.etag),
+                       .is_immutable = file.is_immutable});
+    }
+    return files;
+  }();
+  return all;
 }
 
 }  // namespace server

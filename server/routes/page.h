@@ -16,7 +16,8 @@ struct PageFile {
   std::string etag;
   bool is_immutable = false;  ///< The name changes with the content.
 };
-std::vector<PageFile> page_files();
+/// Returns them all, which are decompressed once.
+const std::vector<PageFile>& page_files();
 
 /// Path of the view of one job that other pages may frame, without the job's id.
 inline constexpr std::string_view kEmbedPath = "/embed/";

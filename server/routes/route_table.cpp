@@ -76,12 +76,12 @@ std::vector<Route> make_routes(const RouteContext& context) {
     table.erase(found);
   }
   CHECK(table.empty());
-  for (PageFile& file : page_files()) {
+  for (const PageFile& file : page_files()) {
     if (file.path == "/" || file.path == "/docs") {
       continue;  // Separate operations.
     }
     if (file.path == kEmbedPath) {
-      const auto embedded = [&guard = context.guard, file = std::move(file)](Request& request) {
+      const auto embedded = [&guard = context.guard, &file](Request& request) {
         Response response = page_answer(request, file);
         response.headers.set("Content-Security-Policy", page_policy(guard.embed_ancestors()));
         return response;
@@ -89,11 +89,9 @@ std::vector<Route> make_routes(const RouteContext& context) {
       routes.push_back({.method = "GET", .pattern = "/embed/{id}", .handler = embedded});
       continue;
     }
-    const std::string path = file.path;
-    routes.push_back(
-        {.method = "GET", .pattern = path, .handler = [file = std::move(file)](Request& request) {
-           return page_answer(request, file);
-         }});
+    routes.push_back({.method = "GET", .pattern = file.path, .handler = [&file](Request& request) {
+                        return page_answer(request, file);
+                      }});
   }
   return routes;
 }

@@ -18,8 +18,8 @@
 namespace server {
 namespace {
 
-auto file_handler(PageFile file) {
-  return [file = std::move(file)](const RouteContext&, Request& request) {
+auto file_handler(const PageFile& file) {
+  return [&file](const RouteContext&, Request& request) {
     return page_answer(request, file);
   };
 }

@@ -1,6 +1,7 @@
 #include "tests/simulation/disk.h"
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstdarg>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -22,6 +24,8 @@ namespace {
 
 constexpr std::uint64_t kSector = 512;
 constexpr std::uint64_t kPage = 4096;
+/// A file's first mapping; each further one is at least twice as long.
+constexpr std::uint64_t kMapping = std::uint64_t{64} << 10U;
 
 struct Change {
   std::uint64_t offset = 0;
@@ -43,6 +47,8 @@ struct File {
   std::string path;
   std::uint64_t size = 0;
   std::vector<Change> unsynced;
+  std::byte* bytes = nullptr;  ///< Its first `mapped` bytes, of which those after `size` are none.
+  std::uint64_t mapped = 0;
 };
 
 struct State {
@@ -75,11 +81,56 @@ File* file_of(int fd) {
   return found == disk->open.end() ? nullptr : &disk->files[found->second];
 }
 
-std::string read_back(int fd, std::uint64_t offset, std::size_t count) {
+/// Returns the file's bytes from there in memory, which costs no call of the kernel; null: they are
+/// not all in the file, or the descriptor is for one direction.
+std::byte* mapped(int fd, File& file, std::uint64_t offset, std::size_t count) {
+  if (offset + count > file.size) {
+    return nullptr;
+  }
+  if (file.size > file.mapped) {
+    const std::uint64_t length = std::max(kMapping, std::bit_ceil(file.size));
+    void* const bytes = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    if (bytes == MAP_FAILED) {
+      return nullptr;
+    }
+    if (file.bytes != nullptr) {
+      ::munmap(file.bytes, file.mapped);
+    }
+    file.bytes = static_cast<std::byte*>(bytes);
+    file.mapped = length;
+  }
+  return file.bytes + offset;
+}
+
+ssize_t read_from(int fd, File& file, void* to, std::size_t count, off_t offset) {
+  const std::byte* from = mapped(fd, file, static_cast<std::uint64_t>(offset), count);
+  if (from == nullptr) {
+    return real::pread(fd, to, count, offset);
+  }
+  std::memcpy(to, from, count);
+  return static_cast<ssize_t>(count);
+}
+
+ssize_t put(int fd, File& file, const void* from, std::size_t count, off_t offset) {
+  std::byte* to = mapped(fd, file, static_cast<std::uint64_t>(offset), count);
+  if (to == nullptr) {
+    return real::pwrite(fd, from, count, offset);
+  }
+  std::memcpy(to, from, count);
+  return static_cast<ssize_t>(count);
+}
+
+std::string read_back(int fd, File& file, std::uint64_t offset, std::size_t count) {
   std::string bytes(count, '\0');
-  const ssize_t got = real::pread(fd, bytes.data(), count, static_cast<off_t>(offset));
+  const ssize_t got = read_from(fd, file, bytes.data(), count, static_cast<off_t>(offset));
   bytes.resize(got < 0 ? 0 : static_cast<std::size_t>(got));
   return bytes;
+}
+
+/// Returns whether SQLite locks for one read or write by that (walformat.html, 2.3.2: bytes 120 to
+/// 127). Such locks are between processes, and no other comes while one is held.
+bool is_of_transaction(const File& file, const struct flock& lock) {
+  return file.path.ends_with("-shm") && lock.l_start >= 120 && lock.l_start + lock.l_len <= 128;
 }
 
 /// Returns whether the process ends now.
@@ -129,13 +180,15 @@ bool grows_too_far(std::uint64_t from, std::uint64_t to) {
 template <typename Act>
 auto change(int fd, File& file, Change made, std::uint64_t size, const Act& act) {
   if (!disk->faults.loses_power) {
+    const auto result = act();
     file.size = size;
-    return act();
+    return result;
   }
-  made.size_before = std::exchange(file.size, size);
+  made.size_before = file.size;
   made.size_after = size;
-  made.before = read_back(fd, made.offset, made.after.size());
+  made.before = read_back(fd, file, made.offset, made.after.size());
   const auto result = act();
+  file.size = size;
   file.unsynced.push_back(std::move(made));
   return result;
 }
@@ -157,13 +210,24 @@ ssize_t write_to(int fd, File& file, const void* bytes, std::size_t count, off_t
     errno = ENOSPC;
     return -1;
   }
-  const Change made{.offset = at, .after = std::string(static_cast<const char*>(bytes), count)};
+  Change made{.offset = at};
+  if (disk->faults.loses_power) {
+    made.after.assign(static_cast<const char*>(bytes), count);
+  }
   const ssize_t written =
-      change(fd, file, made, size, [&] { return real::pwrite(fd, bytes, count, offset); });
+      change(fd, file, std::move(made), size, [&] { return put(fd, file, bytes, count, offset); });
   if (ends) {
     end();
   }
   return count == whole ? written : static_cast<ssize_t>(whole);
+}
+
+/// Takes the time of a sync.
+void take_time() {
+  if (disk->faults.sync_mean > 0) {
+    sleep_for(static_cast<Nanoseconds>(
+        disk->random.exponential(static_cast<double>(disk->faults.sync_mean))));
+  }
 }
 
 int cut(int fd, File& file, off_t size) {
@@ -176,7 +240,10 @@ int cut(int fd, File& file, off_t size) {
   }
   // What is cut off can come back.
   Change made{.offset = std::min(before, after)};
-  made.after.resize(before > after ? before - after : 0);
+  if (after < before) {
+    made.after.resize(before - after);
+    take_time();
+  }
   return change(fd, file, made, after, [&] { return real::ftruncate(fd, size); });
 }
 
@@ -185,10 +252,7 @@ int sync(int fd, File& file) {
   if (fails(Fault::kWriteFails)) {
     return -1;
   }
-  if (disk->faults.sync_mean > 0) {
-    sleep_for(static_cast<Nanoseconds>(
-        disk->random.exponential(static_cast<double>(disk->faults.sync_mean))));
-  }
+  take_time();
   file.unsynced.clear();
   const auto named = std::find_if(disk->names.begin(), disk->names.end(), [&](const Name& name) {
     return name.kind == Name::Kind::kCreated && name.path == file.path;
@@ -372,18 +436,33 @@ ssize_t pwrite(int fd, const void* bytes, size_t count, off_t offset) {
 }
 
 ssize_t pread(int fd, void* bytes, size_t count, off_t offset) {
-  if (file_of(fd) != nullptr && disk->is_unreadable) {
+  simulation::File* file = file_of(fd);
+  if (file == nullptr) {
+    return real::pread(fd, bytes, count, offset);
+  }
+  if (disk->is_unreadable) {
     errno = EIO;
     return -1;
   }
-  if (file_of(fd) != nullptr && simulation::fails(simulation::Fault::kReadFails)) {
-    return -1;
-  }
-  return real::pread(fd, bytes, count, offset);
+  return simulation::fails(simulation::Fault::kReadFails)
+             ? -1
+             : simulation::read_from(fd, *file, bytes, count, offset);
 }
 
 ssize_t pread64(int fd, void* bytes, size_t count, off64_t offset) {
   return pread(fd, bytes, count, offset);
+}
+
+int fcntl64(int fd, int command, ...) {
+  va_list list;
+  va_start(list, command);
+  void* const argument = va_arg(list, void*);
+  va_end(list);
+  const simulation::File* file = file_of(fd);
+  return file != nullptr && command == F_SETLK &&
+                 simulation::is_of_transaction(*file, *static_cast<struct flock*>(argument))
+             ? 0
+             : real::fcntl64(fd, command, argument);
 }
 
 ssize_t pwrite64(int fd, const void* bytes, size_t count, off64_t offset) {

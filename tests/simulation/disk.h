@@ -21,7 +21,7 @@ struct DiskFaults {
   std::uint64_t end_at = 0;
   bool ends = false;          ///< The process ends at operations as kKilled or kPowerLost strikes.
   bool loses_power = false;   ///< Then, not only the process.
-  Nanoseconds sync_mean = 0;  ///< Mean duration of a sync.
+  Nanoseconds sync_mean = 0;  ///< Mean duration of a sync, and of freeing space.
   /// Called when the process is to end; must not return.
   std::function<void()> end = {};
 };

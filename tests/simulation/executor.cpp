@@ -4,7 +4,9 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <csetjmp>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -34,7 +36,9 @@ constexpr std::size_t kHandledBytes = 2 * sizeof(void*);
 
 struct Thread {
   std::size_t number = 0;
-  ucontext_t context = {};
+  ucontext_t start = {};    ///< Where it begins.
+  std::jmp_buf place = {};  ///< Where it goes on, once it has begun.
+  bool has_begun = false;
   void* stack = nullptr;  ///< null: that of the process
   std::array<std::byte, kHandledBytes> handled = {};
   int error = 0;  ///< errno
@@ -113,7 +117,12 @@ void switch_to(Thread& next) {
   std::memcpy(before.handled.data(), abi::__cxa_get_globals(), kHandledBytes);
   before.error = errno;
   me = &next;
-  ::swapcontext(&before.context, &next.context);
+  if (::_setjmp(before.place) == 0) {  // swapcontext() would ask the kernel for signals each time.
+    if (std::exchange(next.has_begun, true)) {
+      ::_longjmp(next.place, 1);
+    }
+    ::setcontext(&next.start);
+  }
   std::memcpy(abi::__cxa_get_globals(), me->handled.data(), kHandledBytes);
   errno = me->error;
 }
@@ -173,12 +182,17 @@ Thread* thread_of(pthread_t thread) {
 
 /// Threads of libraries are not simulated.
 bool is_of_library(const void* code) {
+  static std::map<const void*, bool> known;
+  const auto [found, is_new] = known.try_emplace(code, false);
   Dl_info info = {};
   Dl_info own = {};
-  return ::dladdr(code, &info) != 0 &&
-         ::dladdr(reinterpret_cast<const void*>(&is_of_library), &own) != 0 &&
-         info.dli_fbase != own.dli_fbase &&
-         std::string(info.dli_fname).find("libstdc++") == std::string::npos;
+  if (is_new) {
+    found->second = ::dladdr(code, &info) != 0 &&
+                    ::dladdr(reinterpret_cast<const void*>(&is_of_library), &own) != 0 &&
+                    info.dli_fbase != own.dli_fbase &&
+                    std::string(info.dli_fname).find("libstdc++") == std::string::npos;
+  }
+  return found->second;
 }
 
 }  // namespace
@@ -198,6 +212,7 @@ void begin(Schedule schedule) {
   state = new State(std::move(schedule));  // Lives as long as the process.
   state->threads.push_back(std::make_unique<Thread>());
   me = state->threads.back().get();
+  me->has_begun = true;
   is_main = true;
   __libc_single_threaded = 0;  // Else the standard library leaves out what threads wait for.
 }
@@ -238,13 +253,15 @@ int create_thread(pthread_t* thread, const pthread_attr_t* attributes, void* (*b
   added.body = body;
   added.argument = argument;
   added.stack = stack;
-  ::getcontext(&added.context);
-  added.context.uc_stack.ss_sp = stack;
-  added.context.uc_stack.ss_size = kStackBytes;
-  ::makecontext(&added.context, &run_thread, 0);
+  ::getcontext(&added.start);
+  added.start.uc_stack.ss_sp = stack;
+  added.start.uc_stack.ss_size = kStackBytes;
+  ::makecontext(&added.start, &run_thread, 0);
   *thread = reinterpret_cast<pthread_t>(&added);
   return 0;
 }
+
+int thread_number() { return static_cast<int>(me->number); }
 
 pthread_t own_number() { return reinterpret_cast<pthread_t>(me); }
 

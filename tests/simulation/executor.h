@@ -79,6 +79,8 @@ int create_thread(pthread_t* thread, const pthread_attr_t* attributes, void* (*b
                   void* argument);
 /// Returns the calling thread.
 pthread_t own_number();
+/// Its number, counted from 0 in the order of their starts.
+int thread_number();
 /// Empty: that of the process.
 std::span<std::byte> stack_of(pthread_t thread);
 /// Waits for the end of a thread; returns false for one that is not simulated.

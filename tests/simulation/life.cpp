@@ -653,10 +653,9 @@ void World::play_tenant(int tenant) {
     }
   }
   while (!is_calm()) {
-    // Several requests often follow each other at once.
-    sleep_for(static_cast<Nanoseconds>(random.chance(0.5)
-                                           ? random.exponential(0.01 * kSecond)
-                                           : random.exponential(2 * think_seconds_ * kSecond)));
+    // Several requests often follow each other at once, and all when the disk fills up.
+    const double mean = random.chance(0.5) ? 0.01 * kSecond : 2 * think_seconds_ * kSecond;
+    wait(&is_full_, now() + 1 + static_cast<Nanoseconds>(random.exponential(mean)));
     act(tenant, random);
   }
   settle(tenant, random);

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstdarg>
 #include <cstddef>
-#include <map>
 #include <random>
 #include <span>
 
@@ -42,29 +41,23 @@ Nanoseconds deadline_of(clockid_t clock, const timespec& time) {
   return of(time) - (clock == CLOCK_MONOTONIC ? 0 : ahead);
 }
 
-/// Owners of recursive mutexes (SQLite's), whose own belong to the real thread.
-struct Owner {
-  pthread_t thread = {};
-  int depth = 0;
-};
-std::map<pthread_mutex_t*, Owner>& owners() {
-  static std::map<pthread_mutex_t*, Owner> all;
-  return all;
-}
 bool is_recursive(const pthread_mutex_t* mutex) {
   return (mutex->__data.__kind & 3) == PTHREAD_MUTEX_RECURSIVE;
 }
 
+/// A recursive mutex (SQLite's) would belong to the real thread: its own members name the simulated
+/// one.
 int try_lock(pthread_mutex_t* mutex) {
   if (!is_recursive(mutex)) {
     return real::pthread_mutex_trylock(mutex);
   }
-  Owner& owner = owners()[mutex];
-  if (owner.depth > 0 && owner.thread != simulation::own_number()) {
+  auto& data = mutex->__data;
+  if (data.__count > 0 && data.__owner != simulation::thread_number()) {
     return EBUSY;
   }
-  owner = {.thread = simulation::own_number(), .depth = owner.depth + 1};
-  return real::pthread_mutex_trylock(mutex);
+  data.__owner = simulation::thread_number();
+  ++data.__count;
+  return 0;
 }
 
 void lock(pthread_mutex_t* mutex) {
@@ -74,10 +67,11 @@ void lock(pthread_mutex_t* mutex) {
 }
 
 int unlock(pthread_mutex_t* mutex) {
-  if (is_recursive(mutex) && --owners()[mutex].depth == 0) {
-    owners().erase(mutex);
+  if (!is_recursive(mutex)) {
+    return real::pthread_mutex_unlock(mutex);
   }
-  return real::pthread_mutex_unlock(mutex);
+  --mutex->__data.__count;
+  return 0;
 }
 
 int wait_on(pthread_cond_t* condition, pthread_mutex_t* mutex, Nanoseconds deadline) {

@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "server/commands/backup_command.h"
+#include "server/routes/page.h"
 #include "tests/simulation/damage.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/life.h"
@@ -197,7 +198,8 @@ void settle_process(char** arguments) {
       ::personality(static_cast<unsigned long>(now) | ADDR_NO_RANDOMIZE) != -1) {
     ::setenv("GLIBC_TUNABLES",
              "glibc.malloc.arena_max=1:glibc.malloc.mmap_threshold=1073741824:"
-             "glibc.malloc.trim_threshold=1073741824:glibc.malloc.top_pad=67108864",
+             "glibc.malloc.trim_threshold=1073741824:glibc.malloc.top_pad=67108864:"
+             "glibc.malloc.hugetlb=1",
              1);
     ::execv("/proc/self/exe", arguments);
   }
@@ -271,6 +273,7 @@ int main(int count, char** arguments) {
     }
   }
   settle_process(arguments);
+  server::page_files();  // Decompressed here once, not in each life.
   options.days /= options.jobs;
   void* shared =
       ::mmap(nullptr, sizeof(Counts), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

@@ -167,6 +167,7 @@ void World::operate(Random& random) {
     was_full_ = true;
     ledger_.note(0, is_full_ ? "disk-full" : "disk-freed");
     set_disk_full(is_full_);
+    wake(&is_full_, true);
   }
   if (is_draining_ ? !is_faulty || random.chance(chance_per_tick(kOutage))
                    : is_faulty && strikes(Fault::kDrained)) {

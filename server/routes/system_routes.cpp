@@ -19,9 +19,7 @@ namespace server {
 namespace {
 
 auto file_handler(const PageFile& file) {
-  return [&file](const RouteContext&, Request& request) {
-    return page_answer(request, file);
-  };
+  return [&file](const RouteContext&, Request& request) { return page_answer(request, file); };
 }
 
 /// Space needed for a job's record, its events and their journal: 16 pages of the database.

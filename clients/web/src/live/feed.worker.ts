@@ -62,14 +62,12 @@ const outbox = new Outbox();
 
 class Feed {
   private abort = new AbortController();
+  private tiles = new AbortController();
+  private planes: TilePlanes | null = null;
   private lastEventId: string | null = null;
   private link: LinkState | null = null;
 
-  constructor(
-    private readonly jobId: string,
-    private readonly tiles: boolean,
-    private readonly planes: TilePlanes,
-  ) {}
+  constructor(private readonly jobId: string) {}
 
   /** A new start requests every tile: meanwhile a restarted server may have reset its revisions. */
   start(): void {
@@ -82,12 +80,28 @@ class Feed {
       this.setLink([404, 410].includes(error.status) ? 'gone' : 'refused', error.problem);
       this.stop();
     });
+    if (this.planes) this.startTiles(this.planes);
+  }
+
+  /** While the feed is stopped, the next start requests them. */
+  startTiles(planes: TilePlanes): void {
+    this.planes = planes;
+    this.tiles.abort();
+    if (this.abort.signal.aborted) return;
+    this.tiles = new AbortController();
+    outbox.clear();
     // A job without tiles, as after its film was evicted, still has its events.
-    if (this.tiles) void this.readTiles(signal).catch(() => undefined);
+    void this.readTiles(planes, this.tiles.signal).catch(() => undefined);
+  }
+
+  stopTiles(): void {
+    this.planes = null;
+    this.tiles.abort();
   }
 
   stop(): void {
     this.abort.abort();
+    this.tiles.abort();
   }
 
   private setLink(state: LinkState, problem?: Problem): void {
@@ -125,8 +139,7 @@ class Feed {
     }
   }
 
-  private async readTiles(signal: AbortSignal): Promise<void> {
-    const { planes } = this;
+  private async readTiles(planes: TilePlanes, signal: AbortSignal): Promise<void> {
     const fireflies = planes === 'mean' ? 'set_aside' : undefined;
     for await (const tile of client.tiles(this.jobId, { signal, planes, fireflies }))
       outbox.add(tile);
@@ -138,8 +151,11 @@ self.onmessage = (message: MessageEvent<ToFeed>) => {
   const request = message.data;
   if (request.type === 'open') {
     feed?.stop();
-    feed = new Feed(request.jobId, request.tiles, request.planes);
+    feed = new Feed(request.jobId);
     feed.start();
+  } else if (request.type === 'tiles') {
+    if (request.planes) feed?.startTiles(request.planes);
+    else feed?.stopTiles();
   } else if (request.type === 'taken') {
     outbox.taken();
   } else if (request.type === 'wake') {

@@ -13,7 +13,8 @@ export type LinkState =
 export type TilePlanes = 'mean' | 'all';
 
 export type ToFeed =
-  | { type: 'open'; jobId: string; tiles: boolean; planes: TilePlanes }
+  | { type: 'open'; jobId: string }
+  | { type: 'tiles'; planes: TilePlanes | null }
   | { type: 'sleep' }
   | { type: 'taken' }
   | { type: 'wake' }

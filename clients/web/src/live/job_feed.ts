@@ -31,13 +31,11 @@ export class JobFeed {
   private unsaid: (() => void) | null = null;
   /** Tiles that arrived before the record with the size of the film. */
   private early: TileFrame[] = [];
-  /** Tiles that wait, at most one batch of the worker. */
-  private held: TileFrame[] = [];
-  private holds = 0;
 
   constructor(
     readonly jobId: string,
-    private planes: TilePlanes,
+    /** Of the tiles that are streamed; null: none are needed yet. */
+    private planes: TilePlanes | null,
     /** The record as far as it is known, so that something is shown at once. */
     known: Job | null = null,
   ) {
@@ -68,18 +66,6 @@ export class JobFeed {
     return () => this.tileListeners.delete(listener);
   }
 
-  /** Tiles wait until the returned function is called. */
-  holdTiles(): () => void {
-    this.holds += 1;
-    let isHeld = true;
-    return () => {
-      if (!isHeld) return;
-      isHeld = false;
-      this.holds -= 1;
-      this.takeHeld();
-    };
-  }
-
   /** After an operation that returned the job. An extended job streams again. */
   adopt(job: Job): void {
     const revived = this.state.job && isFinal(this.state.job.state) && !isFinal(job.state);
@@ -103,11 +89,11 @@ export class JobFeed {
     }
   }
 
-  /** Variances and sample counts are streamed from now on: more than four times the bytes. */
-  wantAllPlanes(): void {
-    if (this.planes === 'all') return;
-    this.planes = 'all';
-    this.open();
+  /** Tiles are streamed from now on. All planes have more than four times the bytes of means. */
+  want(planes: TilePlanes): void {
+    if (this.planes === 'all' || this.planes === planes) return;
+    this.planes = planes;
+    this.askForTiles();
   }
 
   close(): void {
@@ -120,15 +106,12 @@ export class JobFeed {
   }
 
   private open(): void {
-    const { jobId, planes } = this;
-    this.send({ type: 'open', jobId, tiles: !this.state.tooLarge, planes });
+    this.send({ type: 'open', jobId: this.jobId });
+    this.askForTiles();
   }
 
-  private takeHeld(): void {
-    if (this.holds || !this.held.length) return;
-    for (const tile of this.held) this.receiveTile(tile);
-    this.held = [];
-    this.send({ type: 'taken' });
+  private askForTiles(): void {
+    this.send({ type: 'tiles', planes: this.state.tooLarge ? null : this.planes });
   }
 
   private receiveTile(tile: TileFrame): void {
@@ -197,8 +180,8 @@ export class JobFeed {
       case 'complete':
         return void this.check();
       case 'tiles':
-        this.held.push(...message.tiles);
-        return this.takeHeld();
+        for (const tile of message.tiles) this.receiveTile(tile);
+        return this.send({ type: 'taken' });
     }
   }
 
@@ -208,7 +191,7 @@ export class JobFeed {
     if (!width) return;
     if (width * height > maxLivePixels) {
       this.state = { ...this.state, tooLarge: true };
-      this.open();
+      this.askForTiles();
     } else {
       this.state = { ...this.state, film: new LiveFilm(width, height) };
       for (const tile of this.early) this.receiveTile(tile);

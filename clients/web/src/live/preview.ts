@@ -134,7 +134,8 @@ export class Preview {
   private async fine(request: Record<string, unknown>): Promise<void> {
     const { width, height } = this.film;
     const job = await this.submit(request, { width, height }, 64);
-    this.post({ type: 'open', jobId: job.id, tiles: true, planes: 'mean' });
+    this.post({ type: 'open', jobId: job.id });
+    this.post({ type: 'tiles', planes: 'mean' });
   }
 
   /** Fewer pixels if a response took too long, more if there is time for four times as many. */

@@ -1,4 +1,4 @@
-import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
 import type { Job } from 'tessera-render';
 import { imageUrl } from '../../api/client';
 import { filmOf, isAvailable } from '../../api/states';
@@ -22,9 +22,9 @@ export function firstLookUrl(job: Job): string {
 }
 
 /**
- * The image encoded by the server, available with one small response; tiles wait for it, replace
- * it, and it is removed when all have arrived. Until it has arrived, the list's thumbnail is shown,
- * which the browser has. A job that has just started has neither.
+ * The image encoded by the server, available with one small response; tiles are requested when it
+ * is shown, replace it, and it is removed when all have arrived. Until it has arrived, the list's
+ * thumbnail is shown, which the browser has. A job that has just started has neither.
  */
 export function FirstLook({
   feed,
@@ -45,12 +45,10 @@ export function FirstLook({
   const tiles = last(part.x, part.width) * last(part.y, part.height);
   const [covered, setCovered] = useState(false);
   useEffect(() => film?.onChange(() => film.tilesSeen >= tiles && setCovered(true)), [film, tiles]);
-  const release = useRef(() => {});
+  const wantTiles = (): void => feed.want('mean');
   useLayoutEffect(() => {
-    if (!src) return;
-    release.current = feed.holdTiles();
-    return () => release.current();
-  }, [feed, src]);
+    if (!src) wantTiles();
+  }, []);
   if (!src || covered) return null;
   const place = {
     left: `${(100 * part.x) / width}%`,
@@ -68,8 +66,8 @@ export function FirstLook({
         alt=""
         style={place}
         fetchpriority="high"
-        onLoad={(e) => void e.currentTarget.decode().then(release.current, release.current)}
-        onError={() => release.current()}
+        onLoad={(e) => void e.currentTarget.decode().then(wantTiles, wantTiles)}
+        onError={wantTiles}
       />
     </>
   );

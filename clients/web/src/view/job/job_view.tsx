@@ -22,12 +22,12 @@ import { Stage, type Probe } from './stage';
 import { Statistics } from './statistics';
 import { StrategyPyramid } from './strategy_pyramid';
 import { Toolbar } from './toolbar';
-import { modeNamed, needsAllPlanes, type Mode } from './view_modes';
+import { modeNamed, planesOf, type Mode } from './view_modes';
 
 /**
  * Keeps the job's feed open while the component is mounted, and redraws it when the feed changes.
  */
-export function useFeed(jobId: string, planes: TilePlanes): JobFeed {
+export function useFeed(jobId: string, planes: TilePlanes | null): JobFeed {
   const [, again] = useReducer<number, void>((n) => n + 1, 0);
   const holder = useRef<JobFeed | null>(null);
   if (holder.current?.jobId !== jobId) {
@@ -129,15 +129,15 @@ function useProbe(jobId: string): [Probe | null, (probe: Probe | null) => void] 
 const showMode = (next: Mode): void => keepChoice('show', next === 'picture' ? '' : next);
 
 export function JobView({ jobId }: { jobId: string }) {
-  const feed = useFeed(jobId, 'mean');
+  const feed = useFeed(jobId, null);
   const { state } = feed;
   const { job, link, film } = state;
   const mode = modeNamed(choiceIn(useStore(route), 'show'));
   const [probe, setProbe] = useProbe(jobId);
-  const needsAll = probe != null || needsAllPlanes(mode);
+  const planes = probe ? 'all' : planesOf(mode);
   useEffect(() => {
-    if (needsAll) feed.wantAllPlanes();
-  }, [feed, needsAll]);
+    if (planes) feed.want(planes);
+  }, [feed, planes]);
   const convergence = useConvergence(job);
   const [denoised, setDenoised] = useState<DenoisedError | null>(null);
   useListWatch(feed);

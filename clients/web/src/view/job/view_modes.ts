@@ -1,3 +1,4 @@
+import type { TilePlanes } from '../../live/feed_messages';
 import type { Look } from '../../live/painter';
 import type { Plane } from '../../live/picture';
 import type { Display } from '../../ui/server_state';
@@ -161,9 +162,11 @@ export const isLayer = (
   isShare(mode) ||
   isLabel(mode);
 
-/** Modes that show more than means. */
-export const needsAllPlanes = (mode: Mode): boolean =>
-  mode === 'error' || mode === 'variance' || mode === 'samples';
+/** The planes that it needs at once; null: none, or once the first look is shown. */
+export function planesOf(mode: Mode): TilePlanes | null {
+  if (mode === 'tile-error') return 'mean';
+  return isHeat(mode) ? 'all' : null;
+}
 export const isHeat = (mode: Mode): boolean => mode !== 'picture' && !isLayer(mode);
 
 /** Ends of the error ramp, shared by the ruler below the image. */

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace core {
@@ -75,6 +76,57 @@ Rgb khronos_neutral(Rgb c) noexcept {
   return lerp(shifted * (new_peak / peak), Rgb(new_peak), grey);
 }
 
+/// The rounded sRGB curve, a staircase of 255 steps: floats with equal leading bits have at most
+/// one step among them.
+class SrgbSteps {
+ public:
+  SrgbSteps() {
+    std::uint32_t byte = 0;
+    std::uint32_t next = step_after(byte);
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      while (next <= kFirst + (i << kShift)) {
+        next = step_after(++byte);
+      }
+      cells_[i] = {std::bit_cast<float>(next), static_cast<std::uint8_t>(byte)};
+    }
+  }
+  std::uint8_t operator()(float linear) const {
+    if (!(linear >= std::bit_cast<float>(kFirst))) {
+      return 0;
+    }
+    if (linear >= 1) {
+      return 255;
+    }
+    const Cell& cell = cells_[(std::bit_cast<std::uint32_t>(linear) - kFirst) >> kShift];
+    return static_cast<std::uint8_t>(cell.byte + (linear >= cell.next ? 1 : 0));
+  }
+
+ private:
+  static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F);  // below 0.5/255
+  static constexpr std::uint32_t kOne = std::bit_cast<std::uint32_t>(1.0F);
+  static constexpr std::uint32_t kShift = 16;  // seven bits of mantissa: less than a step near 1
+  static constexpr std::uint32_t kCells = (kOne - kFirst) >> kShift;
+  struct Cell {
+    float next = 0;  ///< the first light above it that rounds to byte + 1
+    std::uint8_t byte = 0;
+  };
+
+  /// Returns the bits of the least float that rounds to more than the byte.
+  static std::uint32_t step_after(std::uint32_t byte) {
+    std::uint32_t low = kFirst;
+    std::uint32_t high = kOne + 1;
+    while (low < high) {
+      const std::uint32_t middle = (low + high) / 2;
+      const long rounded = std::lround(255 * srgb_from_linear(std::bit_cast<float>(middle)));
+      (rounded > static_cast<long>(byte) ? high : low) =
+          rounded > static_cast<long>(byte) ? middle : middle + 1;
+    }
+    return low;
+  }
+
+  std::array<Cell, kCells> cells_;
+};
+
 }  // namespace
 
 std::span<const ToneMapEntry> tone_maps() { return kToneMaps; }
@@ -84,29 +136,38 @@ float srgb_from_linear(float linear) noexcept {
   return v <= 0.0031308F ? 12.92F * v : 1.055F * std::pow(v, 1 / 2.4F) - 0.055F;
 }
 
+std::uint8_t srgb_byte(float linear) noexcept {
+  static const SrgbSteps steps;
+  return steps(linear);
+}
+
 float linear_from_srgb(float encoded) noexcept {
   const float v = std::min(usable(encoded), 1.0F);
   return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
 }
 
-Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept {
+Rgb before_srgb_curve(ToneMap tone_map, Rgb linear) noexcept {
   // Above 1e9 squaring in a tone map would overflow to infinity; every tone map is white there.
   const Rgb positive = not_negative(linear);
   const Rgb c = {std::min(positive.r, 1e9F), std::min(positive.g, 1e9F),
                  std::min(positive.b, 1e9F)};
   switch (tone_map) {
-    case ToneMap::kLinear:
-      return clip(c);
     case ToneMap::kAces:
-      return srgb_curve(aces_hill(c));
+      return aces_hill(c);
     case ToneMap::kAgx:
-      return srgb_curve(agx_wrensch(c));
+      return agx_wrensch(c);
     case ToneMap::kKhronosNeutral:
-      return srgb_curve(khronos_neutral(c));
+      return khronos_neutral(c);
+    case ToneMap::kLinear:
     case ToneMap::kSrgb:
       break;
   }
-  return srgb_curve(c);
+  return c;
+}
+
+Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept {
+  const Rgb c = before_srgb_curve(tone_map, linear);
+  return tone_map == ToneMap::kLinear ? clip(c) : srgb_curve(c);
 }
 
 }  // namespace core

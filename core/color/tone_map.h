@@ -10,6 +10,7 @@
 /// NaN and negative components count as 0, infinite ones as very bright.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -27,9 +28,13 @@ std::span<const ToneMapEntry> tone_maps();
 
 /// Returns the display value of a linear colour, including the transfer curve.
 Rgb apply_tone_map(ToneMap tone_map, Rgb linear) noexcept;
+/// Returns the same before the sRGB curve, which every tone map but kLinear ends with.
+Rgb before_srgb_curve(ToneMap tone_map, Rgb linear) noexcept;
 
 /// The sRGB curve and its inverse, for values in [0,1]; other values are clipped.
 float srgb_from_linear(float linear) noexcept;
+/// Returns 255 srgb_from_linear(), rounded; in a fifth of its time.
+std::uint8_t srgb_byte(float linear) noexcept;
 float linear_from_srgb(float encoded) noexcept;
 
 }  // namespace core

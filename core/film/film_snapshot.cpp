@@ -14,6 +14,10 @@ struct Run {
   std::size_t count = 0;
 };
 
+bool meet(const PixelRect& a, const PixelRect& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
 template <typename F>
 void for_each_run(const PixelRect& tile, const PixelRect& rect, const F& f) {
   const int x0 = std::max(tile.x, rect.x);
@@ -97,8 +101,10 @@ FilmSnapshot Film::snapshot(PixelRect rect, Parts parts) const {
   {
     MutexLock lock(mutex_);
     out.revision = revision_;
-    for (const Slot& slot : tiles_) {
-      states.push_back(slot.state);
+    for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+      if (meet(rects_[tile], rect)) {
+        states.push_back(tiles_[tile].state);
+      }
     }
     if (has_splats_) {  // sums of the whole film change with every commit
       copy_tiles(states, shape, out);

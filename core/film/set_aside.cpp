@@ -1,8 +1,9 @@
 #include "core/film/set_aside.h"
 
 #include <algorithm>
-
-#include "core/film/summed_area.h"
+#include <cstddef>
+#include <limits>
+#include <vector>
 
 namespace core {
 
@@ -12,42 +13,58 @@ SetAside& SetAside::operator+=(const SetAside& other) {
   return *this;
 }
 
+namespace {
+
+/// Returns the largest of each pixel's eight neighbours, 0 beyond the image.
+std::vector<float> brightest_around(const std::vector<float>& light, int width, int height) {
+  const auto columns = static_cast<std::size_t>(width);
+  const std::vector<float> dark(columns);
+  // Of three rows, and of those above and below alone; with a dark column on either side.
+  std::vector<float> three(columns + 2);
+  std::vector<float> two(columns + 2);
+  std::vector<float> out(light.size());
+  for (int y = 0; y < height; ++y) {
+    const float* row = &light[static_cast<std::size_t>(y) * columns];
+    const float* above = y > 0 ? row - columns : dark.data();
+    const float* below = y + 1 < height ? row + columns : dark.data();
+    for (std::size_t x = 0; x < columns; ++x) {
+      two[x + 1] = std::max(above[x], below[x]);
+      three[x + 1] = std::max(two[x + 1], row[x]);
+    }
+    for (std::size_t x = 0; x < columns; ++x) {
+      out[static_cast<std::size_t>(y) * columns + x] =
+          std::max(two[x + 1], std::max(three[x], three[x + 2]));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 CalmFactors calm_factors(const FilmSnapshot& film) {
   const std::size_t n = film.pixel_count();
-  const int width = film.rect.width;
-  const int height = film.rect.height;
   std::array<std::vector<float>, 2> light = {std::vector<float>(n), std::vector<float>(n)};
-  std::vector<float> brighter(n);  // of both halves
-  std::vector<char> is_whole(n);
+  std::vector<float> least(n);  // bounds the light of pixels that lack a half by nothing
   for (std::size_t i = 0; i < n; ++i) {
     const HalfValue a = half_value(film, i, 0);
     const HalfValue b = half_value(film, i, 1);
     light[0][i] = luminance(a.mean);
     light[1][i] = luminance(b.mean);
-    brighter[i] = std::max({light[0][i], light[1][i], 0.0F});
-    is_whole[i] = a.count > 0 && b.count > 0 ? 1 : 0;
+    least[i] = a.count > 0 && b.count > 0 ? 0 : std::numeric_limits<float>::infinity();
   }
-  CalmFactors out = {std::vector<float>(n, 1), std::vector<float>(n, 1)};
-  std::size_t i = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x, ++i) {
-      if (is_whole[i] == 0) {
-        continue;
-      }
-      // Nothing is set aside as soon as one neighbour is as bright as the brighter half.
-      float around = 0;
-      const PixelRect window = window_around(x, y, 1, width, height);
-      for (int row = window.y; row < window.y + window.height && around < brighter[i]; ++row) {
-        for (int column = window.x; column < window.x + window.width; ++column) {
-          const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                          static_cast<std::size_t>(column);
-          around = at == i ? around : std::max(around, brighter[at]);
-        }
-      }
-      for (std::size_t half = 0; half < 2; ++half) {
-        const float most = std::max(around, light[1 - half][i]);
-        out[half][i] = light[half][i] > most ? most / light[half][i] : 1.0F;
-      }
+  // Noise decides the comparisons below, so branches would be mispredicted.
+  std::vector<float> brighter(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const float most = light[0][i] > light[1][i] ? light[0][i] : light[1][i];
+    brighter[i] = most > 0 ? most : 0.0F;
+  }
+  const std::vector<float> around = brightest_around(brighter, film.rect.width, film.rect.height);
+  CalmFactors out = {std::vector<float>(n), std::vector<float>(n)};
+  for (std::size_t half = 0; half < 2; ++half) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const float most = std::max(std::max(around[i], light[1 - half][i]), least[i]);
+      const float factor = most / light[half][i];
+      out[half][i] = light[half][i] > most ? factor : 1.0F;
     }
   }
   return out;

@@ -82,8 +82,10 @@ Result<FloatImage> share_image(const FilmSnapshot& film, std::string_view name) 
   return image;
 }
 
-/// Rows computed at a time: one row of tiles, as the encoders request.
-constexpr int kBandRows = kTileSize;
+/// Rows computed at a time. Their light takes less than a megabyte if they have 1920 pixels: it
+/// stays in the second-level cache and in memory that the server keeps mapped
+/// (give_back_large_blocks()).
+constexpr int kBandRows = kTileSize / 4;
 
 }  // namespace
 
@@ -230,7 +232,7 @@ bool has_fireflies(const std::optional<std::string>& layer) {
 }
 
 /// The snapshot includes the neighbours of the rect, which bound the light of its border.
-Result<FloatImage> LayerRows::calm_band(const PixelRect& rect) {
+Result<LayerRows::Band> LayerRows::calm_band(const PixelRect& rect) {
   const PixelRect wide = with_neighbours(rect, film_->crop());
   FilmSnapshot film = snapshot(wide, Film::Parts::kLight);
   const bool is_share = light_share(*layer_).has_value();
@@ -248,21 +250,11 @@ Result<FloatImage> LayerRows::calm_band(const PixelRect& rect) {
   } else {
     find_layer(kBeauty)->fill(film, image.values);
   }
-  FloatImage out;
-  out.width = rect.width;
-  out.height = rect.height;
-  out.channel_names = image.channel_names;
-  for (int y = 0; y < rect.height; ++y) {
-    const auto row = image.values.begin() + static_cast<std::ptrdiff_t>(image.index(
-                                                rect.x - wide.x, rect.y - wide.y + y, 0));
-    const auto values = static_cast<std::ptrdiff_t>(rect.width) *
-                        static_cast<std::ptrdiff_t>(out.channel_names.size());
-    out.values.insert(out.values.end(), row, row + values);
-  }
-  return out;
+  const std::size_t first = image.index(rect.x - wide.x, rect.y - wide.y, 0);
+  return Band{std::move(image), first, rect.height};
 }
 
-Result<FloatImage> LayerRows::band(int first, int count) {
+Result<LayerRows::Band> LayerRows::band(int first, int count) {
   if (look_.sets_aside) {
     return calm_band({rect_.x, rect_.y + first, rect_.width, count});
   }
@@ -274,14 +266,11 @@ Result<FloatImage> LayerRows::band(int first, int count) {
   snapshot.error_floor = error_floor_;
   auto image = layer_ ? layer_image(snapshot, *layer_, &look_.denoised)
                       : Result<FloatImage>(all_layers_image(snapshot, settings_));
-  if (image) {
-    auto& values = image->values;
-    values.resize(image->index(0, above + count, 0));
-    values.erase(values.begin(),
-                 values.begin() + static_cast<std::ptrdiff_t>(image->index(0, above, 0)));
-    image->height = count;
+  if (!image) {
+    return image.error();
   }
-  return image;
+  const std::size_t begin = image->index(0, above, 0);
+  return Band{*std::move(image), begin, count};
 }
 
 FilmSnapshot LayerRows::snapshot(PixelRect rect, Film::Parts parts) const {
@@ -293,12 +282,12 @@ FilmSnapshot LayerRows::snapshot(PixelRect rect, Film::Parts parts) const {
 }
 
 ImageRows LayerRows::rows() {
-  return {rect_.width, rect_.height, band_.channel_names, [this](int y) {
-            if (y < first_ || y >= first_ + band_.height) {
+  return {rect_.width, rect_.height, band_.image.channel_names, [this](int y) {
+            if (y < first_ || y >= first_ + band_.rows) {
               first_ = y - y % kBandRows;
               band_ = *band(first_, std::min(kBandRows, rect_.height - first_));
             }
-            return &band_.values[band_.index(0, y - first_, 0)];
+            return &band_.image.values[band_.begin + band_.image.index(0, y - first_, 0)];
           }};
 }
 

@@ -1,6 +1,7 @@
 /// Layers: images computed from a film.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -80,12 +81,19 @@ class LayerRows {
   static std::uint64_t bytes(const Film& film, PixelRect rect);
 
  private:
+  /// Rows within an image, which may have neighbours around them.
+  struct Band {
+    FloatImage image;
+    std::size_t begin = 0;  ///< index of their first value
+    int rows = 0;
+  };
+
   LayerRows(const Film& film, PixelRect rect, std::optional<std::string> layer,
             const FilmSettings& settings)
       : film_(&film), rect_(rect), layer_(std::move(layer)), settings_(settings) {}
   bool has_errors() const { return !layer_ || *layer_ == "error"; }
-  Result<FloatImage> band(int first, int count);
-  Result<FloatImage> calm_band(const PixelRect& rect);
+  Result<Band> band(int first, int count);
+  Result<Band> calm_band(const PixelRect& rect);
   FilmSnapshot snapshot(PixelRect rect, Film::Parts parts = Film::Parts::kAll) const;
 
   const Film* film_;
@@ -95,8 +103,8 @@ class LayerRows {
   LayerLook look_;
   SetAside set_aside_;
   double error_floor_ = 0;
-  FloatImage band_;
-  int first_ = 0;  ///< first row of rect in band_
+  Band band_;
+  int first_ = 0;  ///< its first row, of rect
 };
 
 }  // namespace core

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -59,10 +60,18 @@ class DisplayRow {
     const float alpha = channels_ == 4 ? in[3] : 1.0F;
     const float scale = channels_ == 4 && alpha > 0 ? gain_ / alpha : gain_;
     if (channels_ == 1) {
-      const auto grey = quantize<Value>(shown(Rgb(in[0] * scale)).r);
+      const auto grey = quantize<Value>(apply_tone_map(tone_map_, adjusted(Rgb(in[0] * scale))).r);
       return std::fill_n(to, channels_out_, grey);
     }
-    Rgb c = shown(Rgb{in[0], in[1], in[2]} * scale);
+    const Rgb linear = adjusted(Rgb{in[0], in[1], in[2]} * scale);
+    if (std::is_same_v<Value, std::uint8_t> && tone_map_ != ToneMap::kLinear && !is_before_) {
+      const Rgb c = before_srgb_curve(tone_map_, linear);
+      *to++ = srgb_byte(c.r);
+      *to++ = srgb_byte(c.g);
+      *to++ = srgb_byte(c.b);
+      return with_alpha(alpha, to);
+    }
+    Rgb c = apply_tone_map(tone_map_, linear);
     if (is_before_) {
       // Blends display values, as a browser does.
       const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
@@ -74,21 +83,25 @@ class DisplayRow {
     *to++ = quantize<Value>(c.r);
     *to++ = quantize<Value>(c.g);
     *to++ = quantize<Value>(c.b);
+    return with_alpha(alpha, to);
+  }
+
+ private:
+  template <typename Value>
+  Value* with_alpha(float alpha, Value* to) const {
     if (channels_out_ == 4) {
       *to++ = std::isnan(alpha) ? Value{0} : quantize<Value>(alpha);
     }
     return to;
   }
-
- private:
-  Rgb shown(Rgb linear) const {
+  Rgb adjusted(Rgb linear) const {
     if (white_balance_) {
       linear = (*white_balance_)(linear);
     }
     if (contrast_ != 1) {
       linear = {contrasted(linear.r), contrasted(linear.g), contrasted(linear.b)};
     }
-    return apply_tone_map(tone_map_, linear);
+    return linear;
   }
   float contrasted(float v) const {
     constexpr float kMiddleGrey = 0.18F;

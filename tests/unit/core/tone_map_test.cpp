@@ -1,6 +1,8 @@
 #include "core/color/tone_map.h"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -22,6 +24,29 @@ TEST(ToneMap, InverseSrgbCurveUndoesIt) {
     const float v = static_cast<float>(i) / 255.0F;
     EXPECT_NEAR(core::srgb_from_linear(core::linear_from_srgb(v)), v, 2e-6);
   }
+}
+
+TEST(ToneMap, BytesAreTheRoundedCurve) {
+  const auto rounded = [](float v) { return std::lround(255 * core::srgb_from_linear(v)); };
+  const std::uint32_t most = std::bit_cast<std::uint32_t>(1.1F);
+  for (std::uint32_t bits = 0; bits < most; bits += 997) {
+    const auto v = std::bit_cast<float>(bits);
+    ASSERT_EQ(core::srgb_byte(v), rounded(v)) << v;
+  }
+  // Around every step, which lies where the inverse curve leads half a byte.
+  for (int byte = 0; byte < 255; ++byte) {
+    const float step = core::linear_from_srgb((static_cast<float>(byte) + 0.5F) / 255);
+    for (int i = -2000; i <= 2000; ++i) {
+      const auto v =
+          std::bit_cast<float>(std::bit_cast<std::uint32_t>(step) + static_cast<std::uint32_t>(i));
+      ASSERT_EQ(core::srgb_byte(v), rounded(v)) << v;
+    }
+  }
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const float v : {-1.0F, -kInfinity, std::numeric_limits<float>::quiet_NaN()}) {
+    EXPECT_EQ(core::srgb_byte(v), 0);
+  }
+  EXPECT_EQ(core::srgb_byte(kInfinity), 255);
 }
 
 TEST(ToneMap, LinearOnlyClips) {

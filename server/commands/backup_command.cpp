@@ -8,11 +8,11 @@
 #include <fcntl.h>
 
 #include "api/flags/flags.h"
+#include "server/commands/check_film.h"
 #include "server/config/config.h"
 #include "server/jobs/job_record.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
-#include "server/store/film_file.h"
 #include "server/store/job_table.h"
 
 namespace server {
@@ -78,15 +78,11 @@ core::Result<std::string> copy_film(const JobRecord& record, const std::string& 
     if (const Status copied = copy_file(from, to); !copied) {
       return copied.error();
     }
-    auto file = FilmFile::open(to);
-    if (!file) {
-      return file.error();
-    }
-    const auto restored = file->restore(*blank_film(record.view));
-    if (restored) {
+    const Status whole = check_film(record, to);
+    if (whole) {
       return std::string();
     }
-    damage = restored.error().message;
+    damage = whole.error().message;
   }
   return damage;
 }

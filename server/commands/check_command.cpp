@@ -18,13 +18,13 @@
 #include "api/json/json.h"
 #include "core/base/sha256.h"
 #include "core/film/film.h"
+#include "server/commands/check_film.h"
 #include "server/config/config.h"
 #include "server/jobs/job_record.h"
 #include "server/routes/look_file.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
-#include "server/store/film_file.h"
 #include "server/store/job_table.h"
 #include "server/store/scene_table.h"
 #include "server/webhooks/webhook_secrets.h"
@@ -135,7 +135,7 @@ void check_assets(Database& database, const DataDir& data, Findings& findings) {
   }
 }
 
-void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
+void check_film_of(const JobRow& row, const DataDir& data, Findings& findings) {
   const auto record = to_record(row);
   if (!record) {
     findings.damages.push_back("job " + row.id + ": " + record.error().message);
@@ -152,13 +152,8 @@ void check_film(const JobRow& row, const DataDir& data, Findings& findings) {
     return;
   }
   ++findings.films;
-  const auto film = blank_film(record->view);
-  auto file = FilmFile::open(path);
-  const auto restored = file ? file->restore(*film) : core::Result<FilmRecord>(file.error());
-  if (!restored) {
-    findings.damages.push_back("job " + row.id + ": " + restored.error().message);
-  } else if (is_finished && film->digest() != record->view.film_digest) {
-    findings.damages.push_back("job " + row.id + ": its film does not match its digest");
+  if (const core::Status whole = check_film(*record, path); !whole) {
+    findings.damages.push_back("job " + row.id + ": " + whole.error().message);
   }
 }
 
@@ -198,7 +193,7 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
       ++findings.jobs;
       films.insert(row.id + ".film");
       looks.insert(row.id);
-      check_film(row, data, findings);
+      check_film_of(row, data, findings);
       check_look(row.id, data, findings);
       query.before = row.sequence;
     }

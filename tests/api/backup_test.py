@@ -108,6 +108,24 @@ class Backup(ApiTest):
                 self.assertEqual(copy.read(), own.read())
             self.assertTrue(os.path.exists(f"{folder}/films/{whole}.film"))
 
+    def test_film_that_lost_its_only_checkpoint_is_named(self):
+        lost = {
+            "cut": lambda _: b"",
+            "changed": lambda content: bytes(byte ^ (byte != 0) for byte in content),
+        }
+        for name, lose in lost.items():
+            job = self.server.render(job_body(samples=4))["id"]
+            film = f"{self.server.data}/films/{job}.film"
+            with open(film, "rb") as file:
+                content = lose(file.read())
+            with open(film, "wb") as file:
+                file.write(content)
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                code, said, complaints = tessera(
+                    "backup", "--data", self.server.data, "--to", folder)
+                self.assertEqual(code, 0, said + complaints)
+                self.assertIn(job, complaints)
+
     def test_refuses_a_directory_that_is_not_empty(self):
         code, _, said = tessera("backup", "--data", self.server.data, "--to", self.server.data)
         self.assertEqual(code, 1)

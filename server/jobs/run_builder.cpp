@@ -122,6 +122,17 @@ class CachedInputs final : public api::ViewInputs {
 constexpr std::uint32_t kRevisionGap = 1U << 16U;
 constexpr int kLoadTries = 3;
 
+/// Calls make() until it succeeds or fails for another reason than want of something for now.
+template <typename Make>
+auto with_patience(const Make& make) {
+  auto made = make();
+  for (int tries = 1; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
+       ++tries) {
+    made = make();
+  }
+  return made;
+}
+
 }  // namespace
 
 Rank rank_of(const api::JobSpec& spec) {
@@ -203,14 +214,9 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(
 core::Result<core::View> RunBuilder::admitted_view(const api::JobSpec& spec,
                                                    const std::stop_token& stop) const {
   const LoadTerms terms = {LoadTerms::Admission::kGiven, stop};
-  auto made = view(spec, terms);
   // A concurrent dry run may have loaded the same scene and failed for lack of memory that the job
-  // has; tries again.
-  for (int tries = 0; tries < kLoadTries && !made && made.error().code == ErrorCode::kUnavailable;
-       ++tries) {
-    made = view(spec, terms);
-  }
-  return made;
+  // has.
+  return with_patience([&] { return view(spec, terms); });
 }
 
 core::Status RunBuilder::tell_of_scene(Job& job, const core::Scene& scene) {
@@ -404,12 +410,7 @@ core::Result<FilmFile> RunBuilder::open_film(Job& job, core::Film& film,
   if (!file) {
     return file.error();
   }
-  auto restored = file->restore(film);
-  for (int tries = 1;
-       tries < kLoadTries && !restored && restored.error().code == ErrorCode::kUnavailable;
-       ++tries) {
-    restored = file->restore(film);
-  }
+  auto restored = with_patience([&] { return file->restore(film); });
   if (!restored) {
     // The samples are a function of the job, so they can be rendered again.
     parts_.log.write(LogLevel::kWarning, "film_damaged",

@@ -186,7 +186,9 @@ auto change(int fd, File& file, Change made, std::uint64_t size, const Act& act)
   }
   made.size_before = file.size;
   made.size_after = size;
-  made.before = read_back(fd, file, made.offset, made.after.size());
+  if (made.offset < file.size) {
+    made.before = read_back(fd, file, made.offset, made.after.size());
+  }
   const auto result = act();
   file.size = size;
   file.unsynced.push_back(std::move(made));

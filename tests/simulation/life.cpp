@@ -59,7 +59,7 @@ constexpr std::array kKinds = {Kind{kPath, kHaze, 2, 2}, Kind{kPath, kHaze, 3, 1
                                Kind{kPath, kHaze, 33, 1}, Kind{R"("direct")", "", 2, 2}};
 /// Of some jobs, which are forgotten so long after their end.
 constexpr int kRetentionSeconds = 600;
-constexpr double kWorkers = 0.15;   ///< Share of the lives in which workers render.
+constexpr double kWorkers = 0.3;    ///< Share of the lives in which workers render.
 constexpr double kLastKind = 0.02;  ///< With the real renderer.
 /// Seconds after which a call that is due must have been made; more than all polls and rests.
 constexpr double kCallWaits = 600;

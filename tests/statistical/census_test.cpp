@@ -235,9 +235,20 @@ TEST(LightNotFound, IsDetectedWhereAPathCannotHitTheSun) {
   EXPECT_NEAR(light.detected * mean, kFoldedLuminance, 0.2 * kFoldedLuminance);
   EXPECT_GE(light.at_most, light.detected);
   EXPECT_EQ(light.tiles, std::vector<int>{0});
+  EXPECT_EQ(
+      light.reason,
+      "The image lacks light of 'sun' by way of 'mirror'; path-caustics, bdpt or sppm finds it.");
+  EXPECT_EQ(light.integrators, (std::vector<std::string>{"path-caustics", "bdpt", "sppm"}));
+}
+
+TEST(LightNotFound, NamesNoIntegratorThatMayNotRenderTheJob) {
+  core::View view = under_sky("path");
+  view.settings.spectral = true;
+  const core::LightNotFound light = judged(view, 8);
+  EXPECT_EQ(light.integrators, std::vector<std::string>());
   EXPECT_EQ(light.reason,
-            "The image lacks light of 'sun' by way of 'mirror'; bdpt or sppm finds it.");
-  EXPECT_EQ(light.integrators, (std::vector<std::string>{"bdpt", "sppm"}));
+            "The image lacks light of 'sun' by way of 'mirror'; no integrator finds it "
+            "in such a job.");
 }
 
 TEST(LightNotFound, IsNotDetectedWhereConnectionsFindIt) {

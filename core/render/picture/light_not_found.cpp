@@ -8,6 +8,7 @@
 
 #include "core/base/statistics.h"
 #include "core/integrators/registry.h"
+#include "core/integrators/rules.h"
 #include "core/math/numbers.h"
 #include "core/scene/scene_data.h"
 
@@ -129,6 +130,25 @@ void mark_lacking(std::vector<Compared>& tiles, double alpha) {
   }
 }
 
+/// Returns the integrators that find the light by design and may render the view; first the one
+/// that computes all other light as `path` does.
+std::vector<std::string> finders_of(const View& view, bool needs_photons) {
+  const SceneTraits scene = traits_of(view.scene->summary());
+  std::vector<std::string> out;
+  for (const std::string_view name :
+       {kCausticsIntegrator, std::string_view("bdpt"), std::string_view("sppm")}) {
+    RenderSettings settings = default_settings(name);
+    settings.film = view.settings.film;
+    settings.spectral = view.settings.spectral;
+    const bool finds_it =
+        !needs_photons || caustic_light_of(row_of(integrators(), name)) == CausticLight::kByPhotons;
+    if (finds_it && broken_rules(settings, view.camera, &scene).empty()) {
+      out.emplace_back(name);
+    }
+  }
+  return out;
+}
+
 /// Names the light, its way and the integrators that find it.
 std::string reason_of(const LightCensus& census, const View& view,
                       const std::vector<std::string>& finders) {
@@ -141,9 +161,11 @@ std::string reason_of(const LightCensus& census, const View& view,
   }
   std::string names;
   for (const std::string& name : finders) {
-    names += (names.empty() ? "" : " or ") + name;
+    names += names.empty() ? "" : &name == &finders.back() ? " or " : ", ";
+    names += name;
   }
-  return text + "; " + names + " finds it.";
+  return text + "; " +
+         (names.empty() ? "no integrator finds it in such a job." : names + " finds it.");
 }
 
 }  // namespace
@@ -248,8 +270,7 @@ LightNotFound light_not_found(const LightCensus& census, int particles, const Fi
   out.detected = mean > 0 ? detected / mean : (detected > 0 ? 1.0 : 0.0);
   if (!out.tiles.empty()) {
     const bool needs_photons = by == CausticLight::kByConnections || 2 * mirrored > caustics;
-    out.integrators =
-        needs_photons ? std::vector<std::string>{"sppm"} : std::vector<std::string>{"bdpt", "sppm"};
+    out.integrators = finders_of(view, needs_photons);
     out.reason = reason_of(census, view, out.integrators);
   }
   return out;

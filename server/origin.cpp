@@ -61,13 +61,13 @@ std::optional<std::pair<std::string, std::string>> split_host(std::string_view t
   if (name.ends_with('.')) {  // the root of DNS
     name.remove_suffix(1);
   }
-  constexpr std::uint64_t kPorts = 65536;
-  const auto number =
-      port.empty() ? std::optional<std::uint64_t>(0) : parse_decimal(port.substr(1));
-  if (!(is_name(name) || is_bracketed_address(name)) || !number || *number >= kPorts) {
+  constexpr std::uint64_t kPorts = 65536;  // none is 0
+  const std::uint64_t number = port.empty() ? 0 : parse_decimal(port.substr(1)).value_or(0);
+  const bool is_port = port.empty() || (number > 0 && number < kPorts);
+  if (!(is_name(name) || is_bracketed_address(name)) || !is_port) {
     return std::nullopt;
   }
-  return std::pair(in_lower_case(name), port.empty() ? "" : std::to_string(*number));
+  return std::pair(in_lower_case(name), port.empty() ? "" : std::to_string(number));
 }
 
 struct Scheme {

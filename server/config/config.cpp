@@ -78,6 +78,21 @@ CLI::Validator each_entry(core::Result<std::string> (*parse)(std::string_view)) 
           ""};
 }
 
+/// Removes blanks around a key, such as the line break of the file that a secret was made from:
+/// clients cannot send them. Refuses keys that no header can hold.
+CLI::Validator sendable_key() {
+  return {[](std::string& text) -> std::string {
+            const bool was_given = !text.empty();
+            CLI::detail::trim(text);
+            const bool has_control = std::any_of(
+                text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
+            return text.empty() && was_given ? "is blank"
+                   : has_control             ? "has control characters, which no header can hold"
+                                             : "";
+          },
+          ""};
+}
+
 const std::vector<std::string> kLogLevels = {"debug", "info", "warning", "error", "off"};
 
 /// Adds options to an app; the members' values are the defaults.
@@ -153,13 +168,16 @@ void add_flags(CLI::App& app, Config& config) {
   row("isa", config.isa, "NAME",
       "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512, neon.");
   row("key", config.key, kSecret,
-      "Access key required on every request. Without a key, only local connections are accepted.");
+      "Access key required on every request. Without a key, only local connections are accepted.")
+      ->transform(sendable_key());
   row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");
   row.off("shared", config.shared, "Let all keys see and change the objects of all tenants.");
   row("worker-key", config.worker_key, kSecret,
-      "Key for `tessera worker` that gives access to nothing else, as `keys add --scope worker`.");
+      "Key for `tessera worker` that gives access to nothing else, as `keys add --scope worker`.")
+      ->transform(sendable_key());
   row("metrics-key", config.metrics_key, kSecret,
-      "Key required by /metrics; without it, /metrics needs no key.");
+      "Key required by /metrics; without it, /metrics needs no key.")
+      ->transform(sendable_key());
   row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.")
       ->transform(each_entry(parse_host));
   row("origins", config.origins, "A,B",
@@ -354,9 +372,17 @@ core::Result<std::string> read_text(const std::string& path) {
     return Error{ErrorCode::kInvalidArgument, "is a directory; a file is expected", path};
   }
   std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string text;
+  try {
+    text.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  } catch (const std::ios_base::failure&) {
+    file.setstate(std::ios::failbit);
+  }
   if (!file.good() && !file.eof()) {
     return Error{ErrorCode::kInvalidArgument, "cannot be read", path};
+  }
+  if (text.find('\0') != std::string::npos) {
+    return Error{ErrorCode::kInvalidArgument, "is not text in UTF-8", path};
   }
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : std::move(text);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -95,13 +96,25 @@ TEST(Config, BasePathsHaveNoDotSegments) {
 TEST(Config, RefusesHostsAndOriginsThatCouldNeverMatch) {
   for (const char* host :
        {"https://a.example", "*.example", "a.example/", "a b", "a:port", "[a]", "a.example:70000",
-        ".example.org", "a..b", "-x", "a-.example", ".", ".."}) {
+        "a.example:0", ".example.org", "a..b", "-x", "a-.example", ".", ".."}) {
     EXPECT_FALSE(parse({"--hosts", host})) << host;
   }
   for (const char* origin : {"shop.example", "https://shop.example/path", "ftp://a.example",
-                             "https://*.example", "https://", "null"}) {
+                             "https://*.example", "https://", "https://a.example:0", "null"}) {
     EXPECT_FALSE(parse({"--origins", origin})) << origin;
   }
+}
+
+TEST(Config, KeysCanBeSent) {
+  for (const char* flag : {"--key", "--worker-key", "--metrics-key"}) {
+    for (const char* key : {" ", "\n", "a\nb", "a\x1b[2J", "\x7f"}) {
+      EXPECT_FALSE(parse({flag, key})) << flag << " <" << key << '>';
+    }
+  }
+  const auto config = parse({}, {{"TESSERA_KEY", "secret\r\n"}, {"TESSERA_METRICS_KEY", " m"}});
+  ASSERT_TRUE(config);
+  EXPECT_EQ(config->key, "secret");
+  EXPECT_EQ(config->metrics_key, "m");
 }
 
 TEST(Config, FilesAreReadWholeOrRefused) {
@@ -113,6 +126,16 @@ TEST(Config, FilesAreReadWholeOrRefused) {
     ASSERT_FALSE(refused) << flag;
     EXPECT_NE(refused.error().message.find("directory"), std::string::npos);
     EXPECT_FALSE(parse({flag, folder.file("missing")})) << flag;
+  }
+  const std::string wide = folder.file("wide.conf");
+  std::ofstream(wide) << std::string_view("\xFF\xFEp\0o\0", 6);
+  const std::string unread = "/proc/self/mem";  // There is nothing at address 0.
+  for (const std::string& file : {wide, unread}) {
+    for (const char* flag : {"--config", "--key-file"}) {
+      const auto refused = parse({flag, file});
+      ASSERT_FALSE(refused) << flag << ' ' << file;
+      EXPECT_EQ(refused.error().where, file) << flag;
+    }
   }
   const std::string marked = folder.file("marked.conf");
   std::ofstream(marked) << "\xEF\xBB\xBFport = 8126\r\n";

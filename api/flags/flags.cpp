@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cstdio>
 #include <numeric>
@@ -13,6 +14,19 @@
 namespace flags {
 
 using Json = nlohmann::ordered_json;
+
+CLI::Validator key_text() {
+  return {[](std::string& text) -> std::string {
+            const bool was_given = !text.empty();
+            CLI::detail::trim(text);
+            const bool has_control = std::any_of(
+                text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
+            return text.empty() && was_given ? "is blank"
+                   : has_control             ? "has control characters, which no header can hold"
+                                             : "";
+          },
+          ""};
+}
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);

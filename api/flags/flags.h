@@ -63,6 +63,10 @@ CLI::Validator above_zero(double max);
 /// because 5 probably means 5%.
 CLI::Validator share_within(double min, double max);
 
+/// Removes blanks around an access key, such as the line break of the file that a secret was made
+/// from, and refuses keys that no header can hold.
+CLI::Validator key_text();
+
 /// Returns the number of insertions, deletions and replacements of one character that turn b into
 /// a.
 std::size_t edit_distance(std::string_view a, std::string_view b);

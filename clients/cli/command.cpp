@@ -26,6 +26,7 @@ void add_server_flags(CLI::App& app, ServerFlags& flags) {
       ->type_name("URL");
   app.add_option("--key", flags.key, "Access key, if the server requires one")
       ->envname("TESSERA_KEY")
+      ->transform(flags::key_text())
       ->type_name("KEY");
 }
 

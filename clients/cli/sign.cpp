@@ -19,6 +19,7 @@ int sign(const Args& args) {
       ->type_name("PATH");
   app.add_option("--key", key, "Key of POST /v1/signing-keys")
       ->envname("TESSERA_SIGNING_KEY")
+      ->transform(flags::key_text())
       ->required()
       ->type_name("KEY");
   return parse_and_run(app, args, [&] {

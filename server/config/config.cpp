@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -74,21 +73,6 @@ CLI::Validator each_entry(core::Result<std::string> (*parse)(std::string_view)) 
             }
             text = CLI::detail::join(entries, ",");
             return {};
-          },
-          ""};
-}
-
-/// Removes blanks around a key, such as the line break of the file that a secret was made from:
-/// clients cannot send them. Refuses keys that no header can hold.
-CLI::Validator sendable_key() {
-  return {[](std::string& text) -> std::string {
-            const bool was_given = !text.empty();
-            CLI::detail::trim(text);
-            const bool has_control = std::any_of(
-                text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
-            return text.empty() && was_given ? "is blank"
-                   : has_control             ? "has control characters, which no header can hold"
-                                             : "";
           },
           ""};
 }
@@ -169,15 +153,15 @@ void add_flags(CLI::App& app, Config& config) {
       "Limit Embree to an instruction set: native, sse2, sse4.2, avx, avx2, avx512, neon.");
   row("key", config.key, kSecret,
       "Access key required on every request. Without a key, only local connections are accepted.")
-      ->transform(sendable_key());
+      ->transform(flags::key_text());
   row("key-file", config.key_file, "FILE", "File whose first line is the key of --key.");
   row.off("shared", config.shared, "Let all keys see and change the objects of all tenants.");
   row("worker-key", config.worker_key, kSecret,
       "Key for `tessera worker` that gives access to nothing else, as `keys add --scope worker`.")
-      ->transform(sendable_key());
+      ->transform(flags::key_text());
   row("metrics-key", config.metrics_key, kSecret,
       "Key required by /metrics; without it, /metrics needs no key.")
-      ->transform(sendable_key());
+      ->transform(flags::key_text());
   row("hosts", config.hosts, "A,B", "Host names to accept besides the loopback names.")
       ->transform(each_entry(parse_host));
   row("origins", config.origins, "A,B",

@@ -51,6 +51,18 @@ class CommandLine(ApiTest):
         self.assertNotEqual(said, "", flags)
         return code, said
 
+    def test_keys_lose_the_line_break_of_their_file_and_are_no_other_header(self):
+        server = Server("--key", "secret", key="secret").start()
+        self.addCleanup(server.close)
+        flags = ("--server", f"http://127.0.0.1:{server.port}")
+        for key, code in (("secret\r\n", 0), (" secret", 0), ("wrong", 1), ("\n", 2),
+                          ("secret\r\nX-Request-Id: 1", 2), ("secret\x1b", 2)):
+            self.assertEqual(
+                tessera("jobs", *flags, environ={"TESSERA_KEY": key})[0], code, repr(key))
+        signing = {"TESSERA_SIGNING_KEY": "k\n"}
+        self.assertEqual(tessera("sign", "/a/b/0,0.png", environ=signing),
+                         tessera("sign", "/a/b/0,0.png", "--key", "k"))
+
     def test_output_that_cannot_be_written_is_1(self):
         job = self.server.render(job_body(samples=2))["id"]
         for words in (("jobs",), ("jobs", "--json"), ("show", job), ("scenes",), ("lab",),

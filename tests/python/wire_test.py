@@ -270,6 +270,12 @@ class Requests(unittest.TestCase):
         with self.assertRaises(tessera_render.TesseraError):
             Client("there:99")
 
+    def test_a_key_loses_the_line_break_of_its_file(self):
+        script = Script((200, {}, {}))
+        with mock.patch.dict(os.environ, {"TESSERA_KEY": "secret\n"}):
+            script.client().info()
+        self.assertEqual(script.requests[0].headers["Authorization"], "Bearer secret")
+
     def test_lists_follow_the_cursor_and_stop_at_the_limit(self):
         pages = [
             (200, {"jobs": [JOB, JOB], "next": "c2"}, {}),

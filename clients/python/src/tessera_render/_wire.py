@@ -196,7 +196,9 @@ class Address:
         url = server or os.environ.get("TESSERA_SERVER") or DEFAULT_SERVER
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
             raise TesseraError(f'"{shown_address(url)}" is not an address such as {DEFAULT_SERVER}')
-        return Address(url.rstrip("/"), os.environ.get("TESSERA_KEY", "") if key is None else key)
+        given = os.environ.get("TESSERA_KEY", "") if key is None else key
+        # Without the line break of the file that a secret was made from.
+        return Address(url.rstrip("/"), given.strip())
 
     def settings(self, timeout_s: float) -> Json:
         """Returns arguments of httpx.Client and httpx.AsyncClient."""

@@ -432,6 +432,12 @@ TEST(Flicker, IsTheChangeOfTheBias) {
   EXPECT_NEAR(m.mean, 0.08 * 0.08, 3.3 * m.standard_error() + 0.08 * 0.08 * 0.1);
 }
 
+TEST(Flicker, IsTheChangeOfTheBiasAlsoWhereTheLightChanges) {
+  const auto m = squares([](int s) { return known(s, 1, 0, 1, 0.05); },
+                         [](int s) { return known(s, 2, 0, 1.3, -0.03); });
+  EXPECT_NEAR(m.mean, 0.08 * 0.08, 3.3 * m.standard_error() + 0.08 * 0.08 * 0.1);
+}
+
 // Of 100 intervals at 95%, fewer than 87 hold in 0.15% of cases.
 TEST(Flicker, ItsIntervalCoversAtItsConfidence) {
   int covered = 0;

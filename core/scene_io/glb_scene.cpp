@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/image_io/image_io.h"
 #include "core/scene_io/glb_writer.h"
+#include "core/scene_io/gltf_schema.h"
 
 namespace core {
 namespace {
@@ -107,27 +108,16 @@ class SceneWriter {
     return info;
   }
 
-  void put_texture(Json& object, const char* name, const TextureDescription& texture) {
+  void put_texture(Json& object, const std::string& name, const TextureDescription& texture) {
     if (texture.image >= 0) {
       object[name] = texture_json(texture);
     }
   }
 
-  void put_extension(Json& material, const char* name, Json extension) {
+  void put_extension(Json& material, std::string_view name, Json extension) {
     if (!extension.is_null()) {
       writer_.use_extension(name);
-      material["extensions"][name] = std::move(extension);
-    }
-  }
-
-  static void put(Json& object, const char* name, float value, float standard) {
-    if (value != standard) {
-      object[name] = value;
-    }
-  }
-  static void put(Json& object, const char* name, Rgb value, Rgb standard) {
-    if (!(value == standard)) {
-      object[name] = array_of(value);
+      material["extensions"][std::string(name)] = std::move(extension);
     }
   }
 
@@ -161,21 +151,10 @@ class SceneWriter {
     if (m.unlit) {
       put_extension(json, "KHR_materials_unlit", Json::object());
     }
-    put_extension(json, "KHR_materials_specular", specular_json(m));
-    put_extension(json, "KHR_materials_transmission", transmission_json(m));
-    put_extension(json, "KHR_materials_volume", volume_json(m));
-    put_extension(json, "KHR_materials_volume_scatter", scatter_json(m));
-    put_extension(json, "KHR_materials_clearcoat", clearcoat_json(m));
-    put_extension(json, "KHR_materials_sheen", sheen_json(m));
-    put_extension(json, "KHR_materials_iridescence", iridescence_json(m));
-    put_extension(json, "KHR_materials_anisotropy", anisotropy_json(m));
-    put_extension(json, "KHR_materials_diffuse_transmission", diffuse_transmission_json(m));
-    Json ior;
-    put(ior, "ior", m.ior, 1.5F);
-    put_extension(json, "KHR_materials_ior", std::move(ior));
-    Json dispersion;
-    put(dispersion, "dispersion", m.dispersion, 0);
-    put_extension(json, "KHR_materials_dispersion", std::move(dispersion));
+    for (const Schema& extension : material_extensions()) {
+      put_extension(json, extension.name.substr(extension.name.find('/') + 1),
+                    extension_json(m, extension.members));
+    }
     if (m.ior_curve.formula == IorFormula::kCauchy) {
       json["extras"]["ior_cauchy"] = m.ior_curve.a;
     } else if (m.ior_curve.formula == IorFormula::kSellmeier) {
@@ -187,77 +166,23 @@ class SceneWriter {
     return json;
   }
 
-  Json specular_json(const MaterialDescription& m) {
+  /// Returns the values that are not the defaults; null if all are.
+  Json extension_json(const MaterialDescription& m, std::span<const SchemaMember> members) {
+    static const MaterialDescription kDefaults;
     Json e;
-    put(e, "specularFactor", m.specular, 1);
-    put(e, "specularColorFactor", m.specular_color, {1, 1, 1});
-    put_texture(e, "specularTexture", m.specular_texture);
-    put_texture(e, "specularColorTexture", m.specular_color_texture);
-    return e;
-  }
-  Json transmission_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "transmissionFactor", m.transmission, 0);
-    put_texture(e, "transmissionTexture", m.transmission_texture);
-    return e;
-  }
-  Json volume_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "thicknessFactor", m.thickness, 0);
-    put(e, "attenuationDistance", std::max(m.attenuation_distance, 0.0F), 0);
-    put(e, "attenuationColor", m.attenuation_color, {1, 1, 1});
-    put_texture(e, "thicknessTexture", m.thickness_texture);
-    return e;
-  }
-  Json scatter_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "multiscatterColor", m.multiscatter_color, {0, 0, 0});
-    put(e, "scatterAnisotropy", m.scatter_anisotropy, 0);
-    return e;
-  }
-  Json clearcoat_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "clearcoatFactor", m.clearcoat, 0);
-    put(e, "clearcoatRoughnessFactor", m.clearcoat_roughness, 0);
-    put_texture(e, "clearcoatTexture", m.clearcoat_texture);
-    put_texture(e, "clearcoatRoughnessTexture", m.clearcoat_roughness_texture);
-    put_texture(e, "clearcoatNormalTexture", m.clearcoat_normal_texture);
-    if (m.clearcoat_normal_texture.image >= 0) {
+    for (const SchemaMember& row : members) {
+      const std::string name(row.name);
+      if (row.number != nullptr && m.*row.number != kDefaults.*row.number) {
+        e[name] = m.*row.number;
+      } else if (row.color != nullptr && !(m.*row.color == kDefaults.*row.color)) {
+        e[name] = array_of(m.*row.color);
+      } else if (row.texture != nullptr) {
+        put_texture(e, name, m.*row.texture);
+      }
+    }
+    if (e.contains("clearcoatNormalTexture")) {
       e["clearcoatNormalTexture"]["scale"] = m.clearcoat_normal_scale;
     }
-    return e;
-  }
-  Json sheen_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "sheenColorFactor", m.sheen_color, {0, 0, 0});
-    put(e, "sheenRoughnessFactor", m.sheen_roughness, 0);
-    put_texture(e, "sheenColorTexture", m.sheen_color_texture);
-    put_texture(e, "sheenRoughnessTexture", m.sheen_roughness_texture);
-    return e;
-  }
-  Json iridescence_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "iridescenceFactor", m.iridescence, 0);
-    put(e, "iridescenceIor", m.iridescence_ior, 1.3F);
-    put(e, "iridescenceThicknessMinimum", m.iridescence_thickness_min_nm, 100);
-    put(e, "iridescenceThicknessMaximum", m.iridescence_thickness_max_nm, 400);
-    put_texture(e, "iridescenceTexture", m.iridescence_texture);
-    put_texture(e, "iridescenceThicknessTexture", m.iridescence_thickness_texture);
-    return e;
-  }
-  Json anisotropy_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "anisotropyStrength", m.anisotropy, 0);
-    put(e, "anisotropyRotation", m.anisotropy_rotation_rad, 0);
-    put_texture(e, "anisotropyTexture", m.anisotropy_texture);
-    return e;
-  }
-  Json diffuse_transmission_json(const MaterialDescription& m) {
-    Json e;
-    put(e, "diffuseTransmissionFactor", m.diffuse_transmission, 0);
-    put(e, "diffuseTransmissionColorFactor", m.diffuse_transmission_color, {1, 1, 1});
-    put_texture(e, "diffuseTransmissionTexture", m.diffuse_transmission_texture);
-    put_texture(e, "diffuseTransmissionColorTexture", m.diffuse_transmission_color_texture);
     return e;
   }
 

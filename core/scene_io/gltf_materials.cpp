@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <cstring>
 #include <set>
+#include <span>
 #include <string>
 
 #include "core/materials/material.h"
 #include "core/scene_io/gltf_ior.h"
 #include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_schema.h"
 
 namespace core {
 namespace {
@@ -79,9 +81,7 @@ class MaterialReader {
 
   Result<MaterialDescription> read() {
     read_core();
-    read_surface_extensions();
-    read_layers();
-    read_interior();
+    read_extensions();
     read_ior_curve();
     read_priority();
     if (const auto* e = extension("KHR_materials_pbrSpecularGlossiness")) {
@@ -161,90 +161,48 @@ class MaterialReader {
     m_.double_sided = in_.doubleSided;
   }
 
-  void read_surface_extensions() {
+  void read_extensions() {
     m_.unlit = extension("KHR_materials_unlit") != nullptr;
     if (const auto* e = extension("KHR_materials_emissive_strength")) {
       const float strength = value_number(*e, "emissiveStrength", 1);
       m_.emissive = m_.emissive * strength;
       scene_.has_emissive_strength = scene_.has_emissive_strength || strength > 1;
     }
-    if (const auto* e = extension("KHR_materials_ior")) {
-      m_.ior = value_number(*e, "ior", 1.5F);
-      if (m_.ior != 0 && m_.ior < 1) {
-        status_ = Error{ErrorCode::kInvalidArgument, "ior must be 0, or 1 and above",
-                        "/materials/" + std::to_string(scene_.materials.size()) +
-                            "/extensions/KHR_materials_ior/ior"};
+    for (const Schema& schema : material_extensions()) {
+      const std::string name(schema.name.substr(schema.name.find('/') + 1));
+      if (const auto* e = extension(name.c_str())) {
+        read_values(*e, schema.members);
       }
     }
-    if (const auto* e = extension("KHR_materials_specular")) {
-      m_.specular = value_number(*e, "specularFactor", 1);
-      texture(m_.specular_texture, reference_of(*e, "specularTexture"));
-      m_.specular_color = value_rgb(*e, "specularColorFactor", {1, 1, 1});
-      texture(m_.specular_color_texture, reference_of(*e, "specularColorTexture"));
+    if (m_.ior != 0 && m_.ior < 1) {
+      status_ = Error{ErrorCode::kInvalidArgument, "ior must be 0, or 1 and above",
+                      "/materials/" + std::to_string(scene_.materials.size()) +
+                          "/extensions/KHR_materials_ior/ior"};
     }
-    if (const auto* e = extension("KHR_materials_anisotropy")) {
-      m_.anisotropy = value_number(*e, "anisotropyStrength", 0);
-      m_.anisotropy_rotation_rad = value_number(*e, "anisotropyRotation", 0);
-      texture(m_.anisotropy_texture, reference_of(*e, "anisotropyTexture"));
-    }
-  }
-
-  void read_layers() {
-    if (const auto* e = extension("KHR_materials_clearcoat")) {
-      m_.clearcoat = value_number(*e, "clearcoatFactor", 0);
-      texture(m_.clearcoat_texture, reference_of(*e, "clearcoatTexture"));
-      m_.clearcoat_roughness = value_number(*e, "clearcoatRoughnessFactor", 0);
-      texture(m_.clearcoat_roughness_texture, reference_of(*e, "clearcoatRoughnessTexture"));
-      texture(m_.clearcoat_normal_texture, reference_of(*e, "clearcoatNormalTexture"));
-      if (e->Has("clearcoatNormalTexture")) {
-        m_.clearcoat_normal_scale = value_number(e->Get("clearcoatNormalTexture"), "scale", 1);
-      }
-    }
-    if (const auto* e = extension("KHR_materials_sheen")) {
-      m_.sheen_color = value_rgb(*e, "sheenColorFactor", {0, 0, 0});
-      texture(m_.sheen_color_texture, reference_of(*e, "sheenColorTexture"));
-      m_.sheen_roughness = value_number(*e, "sheenRoughnessFactor", 0);
-      texture(m_.sheen_roughness_texture, reference_of(*e, "sheenRoughnessTexture"));
-    }
-    if (const auto* e = extension("KHR_materials_iridescence")) {
-      m_.iridescence = value_number(*e, "iridescenceFactor", 0);
-      texture(m_.iridescence_texture, reference_of(*e, "iridescenceTexture"));
-      m_.iridescence_ior = value_number(*e, "iridescenceIor", 1.3F);
-      m_.iridescence_thickness_min_nm = value_number(*e, "iridescenceThicknessMinimum", 100);
-      m_.iridescence_thickness_max_nm = value_number(*e, "iridescenceThicknessMaximum", 400);
-      texture(m_.iridescence_thickness_texture, reference_of(*e, "iridescenceThicknessTexture"));
-    }
-  }
-
-  void read_interior() {
-    if (const auto* e = extension("KHR_materials_transmission")) {
-      m_.transmission = value_number(*e, "transmissionFactor", 0);
-      texture(m_.transmission_texture, reference_of(*e, "transmissionTexture"));
-    }
-    if (const auto* e = extension("KHR_materials_volume")) {
-      m_.thickness = value_number(*e, "thicknessFactor", 0);
-      texture(m_.thickness_texture, reference_of(*e, "thicknessTexture"));
-      m_.attenuation_distance = value_number(*e, "attenuationDistance", 0);
-      m_.attenuation_color = value_rgb(*e, "attenuationColor", {1, 1, 1});
+    m_.attenuation_distance = std::max(m_.attenuation_distance, 0.0F);
+    if (const auto* e = extension("KHR_materials_clearcoat");
+        e != nullptr && e->Has("clearcoatNormalTexture")) {
+      m_.clearcoat_normal_scale = value_number(e->Get("clearcoatNormalTexture"), "scale", 1);
     }
     if (const auto* e = extension("KHR_materials_volume_scatter")) {
-      const Rgb color = value_rgb(*e, "multiscatterColor", {0, 0, 0});
-      m_.multiscatter_color = value_rgb(*e, "multiscatterColorFactor", color);
-      m_.scatter_anisotropy = value_number(*e, "scatterAnisotropy", 0);
+      m_.multiscatter_color = value_rgb(*e, "multiscatterColorFactor", m_.multiscatter_color);
       warn_of_scatter_texture(*e);
-    }
-    if (const auto* e = extension("KHR_materials_dispersion")) {
-      m_.dispersion = value_number(*e, "dispersion", 0);
-    }
-    if (const auto* e = extension("KHR_materials_diffuse_transmission")) {
-      m_.diffuse_transmission = value_number(*e, "diffuseTransmissionFactor", 0);
-      texture(m_.diffuse_transmission_texture, reference_of(*e, "diffuseTransmissionTexture"));
-      m_.diffuse_transmission_color = value_rgb(*e, "diffuseTransmissionColorFactor", {1, 1, 1});
-      texture(m_.diffuse_transmission_color_texture,
-              reference_of(*e, "diffuseTransmissionColorTexture"));
     }
     if (const auto* e = extension("KHR_materials_scatter")) {
       read_scatter(*e);
+    }
+  }
+
+  void read_values(const tinygltf::Value& e, std::span<const SchemaMember> members) {
+    for (const SchemaMember& row : members) {
+      const std::string name(row.name);
+      if (row.number != nullptr) {
+        m_.*row.number = value_number(e, name.c_str(), m_.*row.number);
+      } else if (row.color != nullptr) {
+        m_.*row.color = value_rgb(e, name.c_str(), m_.*row.color);
+      } else if (row.texture != nullptr) {
+        texture(m_.*row.texture, reference_of(e, name.c_str()));
+      }
     }
   }
 

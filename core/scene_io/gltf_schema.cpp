@@ -2,12 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
+#include <string_view>
+#include <vector>
+
+#include "core/description/scene_description.h"
 
 namespace core {
 namespace {
 
 using K = JsonKind;
 using M = SchemaMember;
+using D = MaterialDescription;
 
 constexpr bool kRequired = true;
 
@@ -83,6 +89,27 @@ constexpr M number_list(std::string_view name) {
 constexpr M strings(std::string_view name) { return {.name = name, .kind = K::kStrings}; }
 constexpr M texture(std::string_view name) { return object(name, "textureInfo"); }
 constexpr M factor(std::string_view name) { return number(name, 0, 1); }
+
+/// Rows that are a value of the material.
+constexpr M as(M row, float D::*value) {
+  row.number = value;
+  return row;
+}
+constexpr M as(M row, Rgb D::*value) {
+  row.color = value;
+  return row;
+}
+constexpr M as(M row, TextureDescription D::*value) {
+  row.texture = value;
+  return row;
+}
+constexpr M factor(std::string_view name, float D::*value) { return as(factor(name), value); }
+constexpr M color(std::string_view name, Rgb D::*value, double max = 1) {
+  return as(numbers(name, 3, 0, max), value);
+}
+constexpr M texture(std::string_view name, TextureDescription D::*value) {
+  return as(texture(name), value);
+}
 
 constexpr double kBig = 3.4e38;
 constexpr std::string_view kComponentTypes = "5120|5121|5122|5123|5125|5126";
@@ -264,35 +291,47 @@ constexpr std::array kPbr = {numbers("baseColorFactor", 4, 0, 1), texture("baseC
                              factor("metallicFactor"), factor("roughnessFactor"),
                              texture("metallicRoughnessTexture")};
 constexpr std::array kEmissiveStrength = {number("emissiveStrength", 0, kBig)};
-constexpr std::array kIor = {number("ior", 0, 1e4)};
-constexpr std::array kSpecular = {factor("specularFactor"), texture("specularTexture"),
-                                  numbers("specularColorFactor", 3, 0, kBig),
-                                  texture("specularColorTexture")};
-constexpr std::array kTransmission = {factor("transmissionFactor"), texture("transmissionTexture")};
-constexpr std::array kVolume = {number("thicknessFactor", 0, kBig), texture("thicknessTexture"),
-                                number("attenuationDistance", -kBig, kBig),
-                                numbers("attenuationColor", 3, 0, 1)};
+constexpr std::array kIor = {as(number("ior", 0, 1e4), &D::ior)};
+constexpr std::array kSpecular = {factor("specularFactor", &D::specular),
+                                  texture("specularTexture", &D::specular_texture),
+                                  color("specularColorFactor", &D::specular_color, kBig),
+                                  texture("specularColorTexture", &D::specular_color_texture)};
+constexpr std::array kAnisotropy = {
+    factor("anisotropyStrength", &D::anisotropy),
+    as(number("anisotropyRotation", -kBig, kBig), &D::anisotropy_rotation_rad),
+    texture("anisotropyTexture", &D::anisotropy_texture)};
 constexpr std::array kClearcoat = {
-    factor("clearcoatFactor"), texture("clearcoatTexture"), factor("clearcoatRoughnessFactor"),
-    texture("clearcoatRoughnessTexture"), texture("clearcoatNormalTexture")};
-constexpr std::array kSheen = {numbers("sheenColorFactor", 3, 0, 1), texture("sheenColorTexture"),
-                               factor("sheenRoughnessFactor"), texture("sheenRoughnessTexture")};
-constexpr std::array kIridescence = {factor("iridescenceFactor"),
-                                     texture("iridescenceTexture"),
-                                     number("iridescenceIor", 1, 1e4),
-                                     number("iridescenceThicknessMinimum", 0, kBig),
-                                     number("iridescenceThicknessMaximum", 0, kBig),
-                                     texture("iridescenceThicknessTexture")};
-constexpr std::array kAnisotropy = {factor("anisotropyStrength"),
-                                    number("anisotropyRotation", -kBig, kBig),
-                                    texture("anisotropyTexture")};
-constexpr std::array kDispersion = {number("dispersion", 0, kBig)};
+    factor("clearcoatFactor", &D::clearcoat), texture("clearcoatTexture", &D::clearcoat_texture),
+    factor("clearcoatRoughnessFactor", &D::clearcoat_roughness),
+    texture("clearcoatRoughnessTexture", &D::clearcoat_roughness_texture),
+    texture("clearcoatNormalTexture", &D::clearcoat_normal_texture)};
+constexpr std::array kSheen = {color("sheenColorFactor", &D::sheen_color),
+                               texture("sheenColorTexture", &D::sheen_color_texture),
+                               factor("sheenRoughnessFactor", &D::sheen_roughness),
+                               texture("sheenRoughnessTexture", &D::sheen_roughness_texture)};
+constexpr std::array kIridescence = {
+    factor("iridescenceFactor", &D::iridescence),
+    texture("iridescenceTexture", &D::iridescence_texture),
+    as(number("iridescenceIor", 1, 1e4), &D::iridescence_ior),
+    as(number("iridescenceThicknessMinimum", 0, kBig), &D::iridescence_thickness_min_nm),
+    as(number("iridescenceThicknessMaximum", 0, kBig), &D::iridescence_thickness_max_nm),
+    texture("iridescenceThicknessTexture", &D::iridescence_thickness_texture)};
+constexpr std::array kTransmission = {factor("transmissionFactor", &D::transmission),
+                                      texture("transmissionTexture", &D::transmission_texture)};
+constexpr std::array kVolume = {
+    as(number("thicknessFactor", 0, kBig), &D::thickness),
+    texture("thicknessTexture", &D::thickness_texture),
+    as(number("attenuationDistance", -kBig, kBig), &D::attenuation_distance),
+    color("attenuationColor", &D::attenuation_color)};
+constexpr std::array kVolumeScatter = {
+    color("multiscatterColor", &D::multiscatter_color), numbers("multiscatterColorFactor", 3, 0, 1),
+    as(number("scatterAnisotropy", -0.999, 0.999), &D::scatter_anisotropy)};
+constexpr std::array kDispersion = {as(number("dispersion", 0, kBig), &D::dispersion)};
 constexpr std::array kDiffuseTransmission = {
-    factor("diffuseTransmissionFactor"), texture("diffuseTransmissionTexture"),
-    numbers("diffuseTransmissionColorFactor", 3, 0, 1), texture("diffuseTransmissionColorTexture")};
-constexpr std::array kVolumeScatter = {numbers("multiscatterColor", 3, 0, 1),
-                                       numbers("multiscatterColorFactor", 3, 0, 1),
-                                       number("scatterAnisotropy", -0.999, 0.999)};
+    factor("diffuseTransmissionFactor", &D::diffuse_transmission),
+    texture("diffuseTransmissionTexture", &D::diffuse_transmission_texture),
+    color("diffuseTransmissionColorFactor", &D::diffuse_transmission_color),
+    texture("diffuseTransmissionColorTexture", &D::diffuse_transmission_color_texture)};
 constexpr std::array kScatter = {
     factor("scatterStrengthFactor"), numbers("multiscatterColorFactor", 3, 0, 1),
     texture("multiscatterColorTexture"), number("scatterAnisotropy", -0.999, 0.999)};
@@ -300,121 +339,116 @@ constexpr std::array kSpecGloss = {numbers("diffuseFactor", 4, 0, 1), texture("d
                                    numbers("specularFactor", 3, 0, 1), factor("glossinessFactor"),
                                    texture("specularGlossinessTexture")};
 
-struct Row {
-  std::string_view name;
-  std::span<const SchemaMember> members;
-};
-
 constexpr std::array kSchemas = {
-    Row{"root", kRoot},
-    Row{"asset", kAsset},
-    Row{"accessor", kAccessor},
-    Row{"sparse", kSparse},
-    Row{"sparseIndices", kSparseIndices},
-    Row{"sparseValues", kSparseValues},
-    Row{"buffer", kBuffer},
-    Row{"buffer/EXT_meshopt_compression", kMeshoptBuffer},
-    Row{"bufferView", kBufferView},
-    Row{"bufferView/EXT_meshopt_compression", kMeshopt},
-    Row{"image", kImage},
-    Row{"sampler", kSampler},
-    Row{"texture", kTexture},
-    Row{"texture/EXT_texture_webp", kTextureSource},
-    Row{"texture/KHR_texture_basisu", kTextureSource},
-    Row{"textureInfo", kTextureInfo},
-    Row{"occlusionInfo", kOcclusionInfo},
-    Row{"textureInfo/KHR_texture_transform", kTextureTransform},
-    Row{"camera", kCamera},
-    Row{"perspective", kPerspective},
-    Row{"orthographic", kOrthographic},
-    Row{"scene", kScene},
-    Row{"node", kNode},
-    Row{"node/EXT_lights_ies", kNodeProfile},
-    Row{"node/KHR_lights_punctual", kNodeLight},
-    Row{"node/KHR_node_visibility", kNodeVisibility},
-    Row{"node/EXT_mesh_gpu_instancing", kGpuInstancing},
-    Row{"mesh", kMesh},
-    Row{"primitive", kPrimitive},
-    Row{"primitive/KHR_draco_mesh_compression", kDraco},
-    Row{"primitive/KHR_materials_variants", kVariantMappings},
-    Row{"variantMapping", kVariantMapping},
-    Row{"root/KHR_materials_variants", kVariants},
-    Row{"variant", kVariant},
-    Row{"skin", kSkin},
-    Row{"animation", kAnimation},
-    Row{"channel", kChannel},
-    Row{"target", kTarget},
-    Row{"target/KHR_animation_pointer", kPointerTarget},
-    Row{"animationSampler", kAnimationSampler},
-    Row{"root/EXT_lights_ies", kProfiles},
-    Row{"profile", kProfile},
-    Row{"root/EXT_lights_image_based", kImageLights},
-    Row{"imageLight", kImageLight},
-    Row{"scene/EXT_lights_image_based", kSceneImageLight},
-    Row{"root/KHR_lights_punctual", kLights},
-    Row{"light", kLight},
-    Row{"spot", kSpot},
-    Row{"material", kMaterial},
-    Row{"pbr", kPbr},
-    Row{"material/KHR_materials_emissive_strength", kEmissiveStrength},
-    Row{"material/KHR_materials_ior", kIor},
-    Row{"material/KHR_materials_specular", kSpecular},
-    Row{"material/KHR_materials_transmission", kTransmission},
-    Row{"material/KHR_materials_volume", kVolume},
-    Row{"material/KHR_materials_clearcoat", kClearcoat},
-    Row{"material/KHR_materials_sheen", kSheen},
-    Row{"material/KHR_materials_iridescence", kIridescence},
-    Row{"material/KHR_materials_anisotropy", kAnisotropy},
-    Row{"material/KHR_materials_dispersion", kDispersion},
-    Row{"material/KHR_materials_diffuse_transmission", kDiffuseTransmission},
-    Row{"material/KHR_materials_scatter", kScatter},
-    Row{"material/KHR_materials_volume_scatter", kVolumeScatter},
-    Row{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
+    Schema{"root", kRoot},
+    Schema{"asset", kAsset},
+    Schema{"accessor", kAccessor},
+    Schema{"sparse", kSparse},
+    Schema{"sparseIndices", kSparseIndices},
+    Schema{"sparseValues", kSparseValues},
+    Schema{"buffer", kBuffer},
+    Schema{"buffer/EXT_meshopt_compression", kMeshoptBuffer},
+    Schema{"bufferView", kBufferView},
+    Schema{"bufferView/EXT_meshopt_compression", kMeshopt},
+    Schema{"image", kImage},
+    Schema{"sampler", kSampler},
+    Schema{"texture", kTexture},
+    Schema{"texture/EXT_texture_webp", kTextureSource},
+    Schema{"texture/KHR_texture_basisu", kTextureSource},
+    Schema{"textureInfo", kTextureInfo},
+    Schema{"occlusionInfo", kOcclusionInfo},
+    Schema{"textureInfo/KHR_texture_transform", kTextureTransform},
+    Schema{"camera", kCamera},
+    Schema{"perspective", kPerspective},
+    Schema{"orthographic", kOrthographic},
+    Schema{"scene", kScene},
+    Schema{"node", kNode},
+    Schema{"node/EXT_lights_ies", kNodeProfile},
+    Schema{"node/KHR_lights_punctual", kNodeLight},
+    Schema{"node/KHR_node_visibility", kNodeVisibility},
+    Schema{"node/EXT_mesh_gpu_instancing", kGpuInstancing},
+    Schema{"mesh", kMesh},
+    Schema{"primitive", kPrimitive},
+    Schema{"primitive/KHR_draco_mesh_compression", kDraco},
+    Schema{"primitive/KHR_materials_variants", kVariantMappings},
+    Schema{"variantMapping", kVariantMapping},
+    Schema{"root/KHR_materials_variants", kVariants},
+    Schema{"variant", kVariant},
+    Schema{"skin", kSkin},
+    Schema{"animation", kAnimation},
+    Schema{"channel", kChannel},
+    Schema{"target", kTarget},
+    Schema{"target/KHR_animation_pointer", kPointerTarget},
+    Schema{"animationSampler", kAnimationSampler},
+    Schema{"root/EXT_lights_ies", kProfiles},
+    Schema{"profile", kProfile},
+    Schema{"root/EXT_lights_image_based", kImageLights},
+    Schema{"imageLight", kImageLight},
+    Schema{"scene/EXT_lights_image_based", kSceneImageLight},
+    Schema{"root/KHR_lights_punctual", kLights},
+    Schema{"light", kLight},
+    Schema{"spot", kSpot},
+    Schema{"material", kMaterial},
+    Schema{"pbr", kPbr},
 };
 
-constexpr std::array<std::string_view, 30> kSupported = {"EXT_lights_ies",
-                                                         "EXT_lights_image_based",
-                                                         "EXT_mesh_gpu_instancing",
-                                                         "EXT_meshopt_compression",
-                                                         "EXT_texture_webp",
-                                                         "KHR_animation_pointer",
-                                                         "KHR_draco_mesh_compression",
-                                                         "KHR_lights_punctual",
-                                                         "KHR_materials_anisotropy",
-                                                         "KHR_materials_clearcoat",
-                                                         "KHR_materials_diffuse_transmission",
-                                                         "KHR_materials_dispersion",
-                                                         "KHR_materials_emissive_strength",
-                                                         "KHR_materials_ior",
-                                                         "KHR_materials_iridescence",
-                                                         "KHR_materials_pbrSpecularGlossiness",
-                                                         "KHR_materials_scatter",
-                                                         "KHR_materials_sheen",
-                                                         "KHR_materials_specular",
-                                                         "KHR_materials_transmission",
-                                                         "KHR_materials_unlit",
-                                                         "KHR_materials_variants",
-                                                         "KHR_materials_volume",
-                                                         "KHR_materials_volume_scatter",
-                                                         "KHR_mesh_quantization",
-                                                         "KHR_node_visibility",
-                                                         "KHR_texture_basisu",
-                                                         "KHR_texture_transform",
-                                                         "KHR_xmp",
-                                                         "KHR_xmp_json_ld"};
+// In the order in which they are written.
+constexpr std::array kMaterialExtensions = {
+    Schema{"material/KHR_materials_emissive_strength", kEmissiveStrength},
+    Schema{"material/KHR_materials_specular", kSpecular},
+    Schema{"material/KHR_materials_transmission", kTransmission},
+    Schema{"material/KHR_materials_volume", kVolume},
+    Schema{"material/KHR_materials_volume_scatter", kVolumeScatter},
+    Schema{"material/KHR_materials_clearcoat", kClearcoat},
+    Schema{"material/KHR_materials_sheen", kSheen},
+    Schema{"material/KHR_materials_iridescence", kIridescence},
+    Schema{"material/KHR_materials_anisotropy", kAnisotropy},
+    Schema{"material/KHR_materials_diffuse_transmission", kDiffuseTransmission},
+    Schema{"material/KHR_materials_ior", kIor},
+    Schema{"material/KHR_materials_dispersion", kDispersion},
+    Schema{"material/KHR_materials_scatter", kScatter},
+    Schema{"material/KHR_materials_pbrSpecularGlossiness", kSpecGloss},
+};
+
+constexpr std::array<std::span<const Schema>, 2> kTables = {kSchemas, kMaterialExtensions};
+
+/// Supported extensions whose schema has no members, or is that of the core.
+constexpr std::array<std::string_view, 4> kWithoutMembers = {
+    "KHR_materials_unlit", "KHR_mesh_quantization", "KHR_xmp", "KHR_xmp_json_ld"};
 
 }  // namespace
 
 const std::span<const SchemaMember>* find_schema(std::string_view name) {
-  const auto* const row = std::find_if(kSchemas.begin(), kSchemas.end(),
-                                       [name](const Row& r) { return r.name == name; });
-  return row == kSchemas.end() ? nullptr : &row->members;
+  for (const std::span<const Schema> rows : kTables) {
+    for (const Schema& row : rows) {
+      if (row.name == name) {
+        return &row.members;
+      }
+    }
+  }
+  return nullptr;
 }
+
+std::span<const Schema> material_extensions() { return kMaterialExtensions; }
 
 bool is_supported_extension(std::string_view name) {
-  return std::find(kSupported.begin(), kSupported.end(), name) != kSupported.end();
+  const auto all = supported_extensions();
+  return std::find(all.begin(), all.end(), name) != all.end();
 }
 
-std::span<const std::string_view> supported_extensions() { return kSupported; }
+std::span<const std::string_view> supported_extensions() {
+  static const std::vector<std::string_view> names = [] {
+    std::set<std::string_view> all(kWithoutMembers.begin(), kWithoutMembers.end());
+    for (const std::span<const Schema> rows : kTables) {
+      for (const Schema& row : rows) {
+        if (const auto slash = row.name.find('/'); slash != std::string_view::npos) {
+          all.insert(row.name.substr(slash + 1));
+        }
+      }
+    }
+    return std::vector<std::string_view>(all.begin(), all.end());
+  }();
+  return names;
+}
 
 }  // namespace core

@@ -1,7 +1,8 @@
 /// Schemas of glTF objects as data: one row per member.
 ///
 /// The rows come from the JSON schemas of glTF 2.0 and of the supported extensions. Members without
-/// a row are ignored, as the specification requires.
+/// a row are ignored, as the specification requires. Rows of materials' extensions also say which
+/// value of MaterialDescription they are, so that reader and writer need no further list.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +12,10 @@
 #include <string_view>
 
 namespace core {
+
+struct MaterialDescription;
+struct Rgb;
+struct TextureDescription;
 
 enum class JsonKind : std::uint8_t {
   kInteger,
@@ -54,11 +59,23 @@ struct SchemaMember {
   Repair repair = Repair::kRefuse;
   /// Counts if a required number is missing; NaN: none does.
   double otherwise = std::numeric_limits<double>::quiet_NaN();
+  /// The value of a material's extension; null: it needs more than to be copied.
+  float MaterialDescription::*number = nullptr;
+  Rgb MaterialDescription::*color = nullptr;
+  TextureDescription MaterialDescription::*texture = nullptr;
+};
+
+struct Schema {
+  std::string_view name;
+  std::span<const SchemaMember> members;
 };
 
 /// Returns the rows of schema `name`, such as "material", or "material/KHR_materials_sheen" for an
 /// extension object. Null if there is none.
 const std::span<const SchemaMember>* find_schema(std::string_view name);
+
+/// Returns the schemas "material/NAME" of materials' extensions.
+std::span<const Schema> material_extensions();
 
 /// Returns whether files may require this extension.
 bool is_supported_extension(std::string_view name);

@@ -40,6 +40,13 @@ struct BsdfLayers {
   Rgb wavelengths_nm;  ///< wavelengths of the colour components; 0: red, green and blue
   float diffuse_transmission = 0;
   Rgb diffuse_transmission_color = {1, 1, 1};
+
+  /// Calls f for each colour of a lobe, which becomes values of wavelengths for spectral paths.
+  template <typename F>
+  void for_each_color(F&& f) {
+    f(sheen_color);
+    f(diffuse_transmission_color);
+  }
 };
 
 /// Returns where the shading normal and the horizon, whose z is given, coincide.

@@ -23,8 +23,7 @@ void SpectralColors::shade(Shading& s) const noexcept {
   s.bsdf.f0 = values(s.bsdf.f0);
   s.bsdf.specular_color = values(s.bsdf.specular_color);
   if (s.has_layers) {
-    s.layers.sheen_color = values(s.layers.sheen_color);
-    s.layers.diffuse_transmission_color = values(s.layers.diffuse_transmission_color);
+    s.layers.for_each_color([this](Rgb& color) { color = values(color); });
     s.layers.wavelengths_nm = wavelengths_.nm();
   }
 }

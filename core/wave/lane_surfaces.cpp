@@ -18,11 +18,18 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
           normal.description.uv_set != mesh.tangent_uv_set);
 }
 
+/// Returns whether the material has layers besides those that lanes know.
+bool has_other_layers(MaterialDescription d) {
+  d.clearcoat = d.iridescence = d.diffuse_transmission = 0;
+  d.sheen_color = {};
+  return has_layers(d);
+}
+
 /// is_solid: the material is on the boundary of a solid.
 bool is_unsupported(const Material& m, bool is_solid) {
   const bool is_for_walls = m.is_clear || m.factors.diffuse_transmission > 0;
-  return (m.factors.iridescence > 0 && m.transmits) || m.factors.unlit ||
-         (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
+  return has_other_layers(m.factors) || (m.factors.iridescence > 0 && m.transmits) ||
+         m.factors.unlit || (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
 }
 
 /// Returns SceneData::coverage() if it is known to be the same everywhere, else -1. varies: a

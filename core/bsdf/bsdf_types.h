@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/color/rgb.h"
+#include "core/description/surface_layers.h"
 #include "core/math/vec.h"
 
 namespace core {
@@ -28,25 +29,10 @@ struct BsdfParameters {
 };
 
 /// The less common layers, stored separately so that other surfaces do not carry them.
-struct BsdfLayers {
-  float clearcoat = 0;
-  float clearcoat_roughness = 0;
+struct BsdfLayers : SurfaceLayers {
   Vec3 clearcoat_normal = {0, 0, 1};  ///< local frame; has its own normal map
-  Rgb sheen_color;
-  float sheen_roughness = 0;
-  float iridescence = 0;
-  float iridescence_ior = 1.3F;
   float iridescence_thickness_nm = 0;
   Rgb wavelengths_nm;  ///< wavelengths of the colour components; 0: red, green and blue
-  float diffuse_transmission = 0;
-  Rgb diffuse_transmission_color = {1, 1, 1};
-
-  /// Calls f for each colour of a lobe, which becomes values of wavelengths for spectral paths.
-  template <typename F>
-  void for_each_color(F&& f) {
-    f(sheen_color);
-    f(diffuse_transmission_color);
-  }
 };
 
 /// Returns where the shading normal and the horizon, whose z is given, coincide.

@@ -15,6 +15,7 @@
 #include "core/color/ior_curve.h"
 #include "core/color/rgb.h"
 #include "core/description/moved_vertices.h"
+#include "core/description/surface_layers.h"
 #include "core/image_io/image.h"
 #include "core/math/bounds.h"
 #include "core/math/place.h"
@@ -41,7 +42,7 @@ struct TextureDescription {
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 
 /// Factors multiply their textures. Defaults are glTF's.
-struct MaterialDescription {
+struct MaterialDescription : SurfaceLayers {
   std::string name;
   std::array<int, 2> uv_sets = {0, 1};  ///< TEXCOORD_n of the file for uv_set 0 and 1
   Rgb base_color = {1, 1, 1};
@@ -73,22 +74,16 @@ struct MaterialDescription {
   int priority = 0;  ///< where solids overlap, space belongs to the highest (extras.priority)
   float attenuation_distance = 0;  ///< metres; 0 or less: infinite
   Rgb attenuation_color = {1, 1, 1};
-  Rgb multiscatter_color = {0, 0, 0};  ///< of an infinitely deep medium under diffuse light; 0:
-                                       ///< absorbs only
-  float scatter_anisotropy = 0;        ///< mean cosine of the scattering angle
-  float clearcoat = 0;
+  Rgb multiscatter_color = {0, 0, 0};    ///< of an infinitely deep medium under diffuse light; 0:
+                                         ///< absorbs only
+  float scatter_anisotropy = 0;          ///< mean cosine of the scattering angle
   TextureDescription clearcoat_texture;  ///< R
-  float clearcoat_roughness = 0;
   TextureDescription clearcoat_roughness_texture;  ///< G
   TextureDescription clearcoat_normal_texture;
   float clearcoat_normal_scale = 1;
-  Rgb sheen_color = {0, 0, 0};
-  TextureDescription sheen_color_texture;  ///< sRGB
-  float sheen_roughness = 0;
+  TextureDescription sheen_color_texture;      ///< sRGB
   TextureDescription sheen_roughness_texture;  ///< A
-  float iridescence = 0;
-  TextureDescription iridescence_texture;  ///< R
-  float iridescence_ior = 1.3F;
+  TextureDescription iridescence_texture;      ///< R
   float iridescence_thickness_min_nm = 100;
   float iridescence_thickness_max_nm = 400;
   TextureDescription iridescence_thickness_texture;  ///< G
@@ -97,9 +92,7 @@ struct MaterialDescription {
   TextureDescription anisotropy_texture;  ///< RG direction, B strength
   float dispersion = 0;                   ///< 20 / Abbe number; 0: none
   IorCurve ior_curve;  ///< for paths of wavelengths, instead of `dispersion`; `ior` is its n_d
-  float diffuse_transmission = 0;
-  TextureDescription diffuse_transmission_texture;  ///< A
-  Rgb diffuse_transmission_color = {1, 1, 1};
+  TextureDescription diffuse_transmission_texture;        ///< A
   TextureDescription diffuse_transmission_color_texture;  ///< sRGB
 };
 

@@ -64,12 +64,6 @@ struct Material {
   Medium medium;  ///< interior medium
 };
 
-/// Returns whether a material has any of BsdfLayers.
-inline bool has_layers(const MaterialDescription& d) noexcept {
-  return d.clearcoat > 0 || !is_black(d.sheen_color) || d.iridescence > 0 ||
-         d.diffuse_transmission > 0;
-}
-
 /// The textures of a material, one row each. Whatever checks, numbers or resolves them walks the
 /// rows.
 struct MaterialMap {

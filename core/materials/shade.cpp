@@ -159,6 +159,7 @@ Rgb unlit(const Material& material, const TexturedPoint& at) {
 void fill_layers(const Material& material, const TexturedPoint& at, Vec3 wo_world, Shading& s) {
   const MaterialDescription& f = material.factors;
   BsdfLayers& l = s.layers;
+  static_cast<SurfaceLayers&>(l) = f;
   l.clearcoat = clearcoat(material, at);
   l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, at).y);
   l.clearcoat_normal = s.frame.to_local(clearcoat_normal(material, at, wo_world));
@@ -166,7 +167,6 @@ void fill_layers(const Material& material, const TexturedPoint& at, Vec3 wo_worl
   l.sheen_color = clamp01_rgb(f.sheen_color * Rgb{sheen.x, sheen.y, sheen.z});
   l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, at).w);
   l.iridescence = clamp01(f.iridescence * read(material.iridescence, at).x);
-  l.iridescence_ior = f.iridescence_ior;
   l.iridescence_thickness_nm =
       material.iridescence_thickness.texture == nullptr
           ? f.iridescence_thickness_max_nm

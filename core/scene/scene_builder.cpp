@@ -106,7 +106,7 @@ class Builder {
   }
 
   void add_maps(const MaterialDescription& d, Material& m) {
-    m.has_layers = has_layers(d);
+    m.has_layers = d.has_layers();
     for (const MaterialMap& map : kMaterialMaps) {
       if (map.slot != nullptr && (m.has_layers || !map.is_layer)) {
         m.*map.slot = slot(d.*map.description, map.is_color);

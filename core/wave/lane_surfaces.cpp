@@ -19,10 +19,10 @@ bool turns_tangents(const MeshData& mesh, const TextureSlot& normal) {
 }
 
 /// Returns whether the material has layers besides those that lanes know.
-bool has_other_layers(MaterialDescription d) {
-  d.clearcoat = d.iridescence = d.diffuse_transmission = 0;
-  d.sheen_color = {};
-  return has_layers(d);
+bool has_other_layers(SurfaceLayers layers) {
+  layers.clearcoat = layers.iridescence = layers.diffuse_transmission = 0;
+  layers.sheen_color = {};
+  return layers.has_layers();
 }
 
 /// is_solid: the material is on the boundary of a solid.

@@ -86,7 +86,7 @@ void check_film(const core::FilmSettings& film, Faults& faults) {
   }
 }
 
-void settle_film(JobSpec& spec) {
+void drop_image(JobSpec& spec) {
   if (spec.has_image) {
     return;
   }

@@ -12,7 +12,7 @@ void check_camera(const JobSpec& spec, Faults& faults);
 /// Checks the size of the film (the only fault with 413).
 void check_film(const core::FilmSettings& film, Faults& faults);
 /// Makes the film of a job without an image a single pixel without layers.
-void settle_film(JobSpec& spec);
+void drop_image(JobSpec& spec);
 /// Refuses a job with neither image nor meter.
 void check_image(const JobSpec& spec, Faults& faults);
 /// Refuses preview_key without class preview.

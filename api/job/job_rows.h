@@ -27,7 +27,7 @@ void print_ground(const JobSpec& spec, Json& object);
 Json ground_schema(const JobSpec& defaults);
 
 /// Sets defaults of background and denoising that depend on omitted members.
-void settle_stage(const Json& request, JobSpec& spec);
+void set_stage_defaults(const Json& request, JobSpec& spec);
 /// Checks rules between environment, background, ground and other members.
 void check_stage(const Json& request, const JobSpec& spec, Faults& faults);
 

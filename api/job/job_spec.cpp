@@ -408,8 +408,8 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   job.spec.render = defaults_of(*value);
   Faults faults;
   read_members(table(), *value, job.spec, "", faults);
-  settle_stage(*value, job.spec);
-  settle_film(job.spec);
+  set_stage_defaults(*value, job.spec);
+  drop_image(job.spec);
   if (job.spec.render.light_sampler == core::LightSamplerType::kRestir &&
       !value->contains(Json::json_pointer("/estimator/splitting"))) {
     job.spec.render.estimator.splitting = core::SplittingType::kNone;
@@ -489,7 +489,7 @@ std::string sight_key(const JobSpec& spec) {
   return dump(key);
 }
 
-std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene) {
+std::optional<std::string> resolve_environment(JobSpec& spec, const core::SceneSummary& scene) {
   if (spec.environment_choice != EnvironmentChoice::kAutomatic) {
     return {};
   }

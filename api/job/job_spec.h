@@ -20,7 +20,7 @@ namespace api {
 enum class JobClass { kNormal, kPreview };
 
 /// The environment of the request. kAutomatic (key absent) remains until the scene is known:
-/// settle_environment() turns it into kGiven (white) or kBlack, or keeps it for a scene that has
+/// resolve_environment() turns it into kGiven (white) or kBlack, or keeps it for a scene that has
 /// its own environment.
 enum class EnvironmentChoice { kAutomatic, kBlack, kGiven };
 
@@ -124,6 +124,6 @@ std::string sight_key(const JobSpec& spec);
 /// Resolves an absent `environment`: the scene's own; otherwise white, unless the scene has a
 /// punctual light or a material with emissive strength above 1. Returns the warning that reports
 /// it; empty if it was resolved before.
-std::optional<std::string> settle_environment(JobSpec& spec, const core::SceneSummary& scene);
+std::optional<std::string> resolve_environment(JobSpec& spec, const core::SceneSummary& scene);
 
 }  // namespace api

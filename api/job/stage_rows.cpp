@@ -320,7 +320,7 @@ Json ground_schema(const JobSpec& defaults) {
                        "Horizontal ground added to the scene.");
 }
 
-void settle_stage(const Json& request, JobSpec& spec) {
+void set_stage_defaults(const Json& request, JobSpec& spec) {
   const auto is_given = [&request](const char* pointer) {
     return request.contains(Json::json_pointer(pointer));
   };

@@ -49,7 +49,7 @@ core::Result<core::View> view_of(const JobSpec& spec, ViewInputs& inputs) {
     view.later = *std::move(later);
   }
   JobSpec settled = spec;
-  settle_environment(settled, summary);
+  resolve_environment(settled, summary);
   if (settled.environment_choice == EnvironmentChoice::kAutomatic) {
     view.environment = (*scene)->environment();
   } else if (settled.environment_choice == EnvironmentChoice::kGiven) {

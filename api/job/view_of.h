@@ -39,7 +39,7 @@ class ViewInputs {
 };
 
 /// Returns the job's view, which is not settled yet (core/render/task/settle.h). An automatic
-/// environment is resolved as by settle_environment(). Errors: of the inputs, of the camera.
+/// environment is resolved as by resolve_environment(). Errors: of the inputs, of the camera.
 core::Result<core::View> view_of(const JobSpec& spec, ViewInputs& inputs);
 
 }  // namespace api

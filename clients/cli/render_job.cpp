@@ -185,7 +185,7 @@ core::Result<LocalJob> prepare_local_job(const JobFlags& flags, api::ParsedJob p
   for (std::string& warning : api::adaptive_warnings(job.spec)) {
     job.warnings.push_back(std::move(warning));
   }
-  if (const auto settled = api::settle_environment(job.spec, summary)) {
+  if (const auto settled = api::resolve_environment(job.spec, summary)) {
     job.warnings.push_back(*settled);
   }
   job.warnings.insert(job.warnings.end(), image_warnings.begin(), image_warnings.end());

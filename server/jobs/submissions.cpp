@@ -124,7 +124,7 @@ api::Parsed<Submissions::Checked> Submissions::check(api::ParsedJob request, con
       return api::from_error(usable.error());
     }
   }
-  if (auto warning = api::settle_environment(request.spec, *facts)) {
+  if (auto warning = api::resolve_environment(request.spec, *facts)) {
     request.warnings.push_back(std::move(*warning));
   }
   const double kept = options_.retention_seconds;

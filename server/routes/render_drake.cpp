@@ -145,8 +145,8 @@ Response look(const RouteContext& context, const Request& request, const SentDra
   core::FilmSettings film;
   film.width = form.width;
   film.height = form.height;
-  const auto seen = context.scenes.look(sent.scene, camera, film,
-                                        {.access = request.access, .stop = request.stop_token()});
+  const auto seen = context.scenes.first_surfaces(
+      sent.scene, camera, film, {.access = request.access, .stop = request.stop_token()});
   if (!seen) {
     return error_answer(request, seen.error());
   }

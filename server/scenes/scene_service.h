@@ -126,8 +126,8 @@ class SceneService {
   };
   /// Trees of meshes are cached by content. origin: its tenant waits for a turn as for an upload.
   /// Errors: as add_file(); of the camera.
-  core::Result<Seen> look(const core::SplitGltf& gltf, const core::CameraSettings& camera,
-                          const core::FilmSettings& film, const SceneOrigin& origin);
+  core::Result<Seen> first_surfaces(const core::SplitGltf& gltf, const core::CameraSettings& camera,
+                                    const core::FilmSettings& film, const SceneOrigin& origin);
 
   /// Returns the JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that
   /// `access` does not see; built-in scenes are visible to all.

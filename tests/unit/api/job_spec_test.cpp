@@ -329,29 +329,29 @@ TEST(SettleEnvironment, IsWhiteUnlessTheSceneHasLights) {
   const core::SceneSummary plain;
   api::JobSpec spec = spec_of(R"({"scene":"x"})");
   EXPECT_EQ(
-      api::settle_environment(spec, plain),
+      api::resolve_environment(spec, plain),
       "No environment was given, so it is white: the scene has no lights and no strong emission.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kGiven);
-  EXPECT_FALSE(api::settle_environment(spec, plain).has_value());
+  EXPECT_FALSE(api::resolve_environment(spec, plain).has_value());
 
   core::SceneSummary lit;
   lit.lights.emplace_back();
   spec = spec_of(R"({"scene":"x"})");
-  EXPECT_EQ(api::settle_environment(spec, lit),
+  EXPECT_EQ(api::resolve_environment(spec, lit),
             "No environment was given, so the background is black: the scene has its own lights.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 
   core::SceneSummary with_its_own = lit;
   with_its_own.has_environment = true;
   spec = spec_of(R"({"scene":"x"})");
-  EXPECT_EQ(api::settle_environment(spec, with_its_own),
+  EXPECT_EQ(api::resolve_environment(spec, with_its_own),
             "No environment was given, so the scene's own is used.");
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kAutomatic);
 
   core::SceneSummary glowing;
   glowing.has_emissive_strength = true;
   spec = spec_of(R"({"scene":"x"})");
-  EXPECT_TRUE(api::settle_environment(spec, glowing).has_value());
+  EXPECT_TRUE(api::resolve_environment(spec, glowing).has_value());
   EXPECT_EQ(spec.environment_choice, api::EnvironmentChoice::kBlack);
 }
 

@@ -123,7 +123,7 @@ TEST(ViewOf, ResolvesTheEnvironment) {
   const auto view = api::view_of(job, automatic);
   ASSERT_TRUE(view);
   api::JobSpec settled = job;
-  api::settle_environment(settled, view->scene->summary());
+  api::resolve_environment(settled, view->scene->summary());
   EXPECT_EQ(view->environment != nullptr,
             settled.environment_choice == api::EnvironmentChoice::kGiven);
   // The spec of the caller stays as it is.

@@ -20,10 +20,10 @@ std::string content_key(const core::PrimitiveDescription& mesh) {
 
 }  // namespace
 
-core::Result<SceneService::Seen> SceneService::look(const core::SplitGltf& gltf,
-                                                    const core::CameraSettings& camera,
-                                                    const core::FilmSettings& film,
-                                                    const SceneOrigin& origin) {
+core::Result<SceneService::Seen> SceneService::first_surfaces(const core::SplitGltf& gltf,
+                                                              const core::CameraSettings& camera,
+                                                              const core::FilmSettings& film,
+                                                              const SceneOrigin& origin) {
   const auto turn = uploads_.take(origin.access.tenant, origin.stop, std::nullopt);
   if (!turn) {
     return turn.error();

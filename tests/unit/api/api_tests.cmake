@@ -15,6 +15,7 @@ set(API_TEST_SOURCES
   openapi_test.cpp
   query_test.cpp
   render_query_test.cpp
+  request_refusals_test.cpp
   requests_test.cpp
   rules_test.cpp
   schema_check.cpp

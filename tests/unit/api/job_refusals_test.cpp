@@ -1,6 +1,4 @@
 // Every refusal of the job request: exact pointer and message.
-#include <fstream>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -9,60 +7,20 @@
 
 #include "api/job/job_checks.h"
 #include "api/job/job_spec.h"
+#include "tests/unit/api/refusals.h"
 
 namespace {
 
-struct Case {
-  std::string members;  ///< besides scene
-  std::string pointer;
-  std::string detail;
-};
-
-/// Writes out {63*k} as k, 63 times.
-std::string written_out(std::string text) {
-  static const std::regex kRepeated(R"(\{(\d+)\*(.)\})");
-  std::smatch found;
-  while (std::regex_search(text, found, kRepeated)) {
-    text = found.prefix().str() + std::string(std::stoul(found[1]), *found[2].first) +
-           found.suffix().str();
-  }
-  return text;
-}
-
-/// The cases of job_refusals.txt, which describes its form.
-std::vector<Case> cases() {
-  std::vector<Case> out;
-  std::ifstream file(TESSERA_SOURCE_DIR "/tests/unit/api/job_refusals.txt");
-  for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line[0] == '#') {
-      continue;
-    }
-    line = written_out(line);
-    if (line.starts_with("    ")) {
-      out.back().detail += line.substr(3);
-    } else if (line.starts_with("  ")) {
-      const std::size_t colon = line.find(": ");
-      out.back().pointer = line.substr(2, colon - 2);
-      out.back().detail = line.substr(colon + 2);
-    } else {
-      out.push_back({line, {}, {}});
-    }
-  }
-  return out;
-}
-
 TEST(JobRefusals, HaveThePointerAndTheReason) {
-  const std::vector<Case> all = cases();
+  const auto all = test_support::refusals_in(TESSERA_SOURCE_DIR "/tests/unit/api/job_refusals.txt");
   ASSERT_GT(all.size(), 150U);
-  for (const Case& c : all) {
-    SCOPED_TRACE(c.members);
-    ASSERT_FALSE(c.detail.empty());
-    const auto parsed = api::parse_job(R"({"scene":"cornell-box",)" + c.members + "}");
+  for (const test_support::Refusal& refusal : all) {
+    SCOPED_TRACE(refusal.request);
+    ASSERT_EQ(refusal.errors.size(), 1U);
+    const auto parsed = api::parse_job(R"({"scene":"cornell-box",)" + refusal.request + "}");
     ASSERT_FALSE(parsed);
     EXPECT_EQ(parsed.problem().status, 422);
-    ASSERT_EQ(parsed.problem().errors.size(), 1U) << parsed.problem().detail;
-    EXPECT_EQ(parsed.problem().errors[0].pointer, c.pointer);
-    EXPECT_EQ(parsed.problem().errors[0].detail, c.detail);
+    EXPECT_EQ(parsed.problem().errors, refusal.errors) << parsed.problem().detail;
   }
 }
 

@@ -20,17 +20,10 @@ using core::Status;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// Four tenants load two jobs each at the same time.
 constexpr int kLoaders = 8;
 constexpr int kLoadersOfTenant = 2;
 constexpr int kSavers = 2;
-
-SliceSource::Turn turn_of(const Job& job) {
-  const auto run = job.run();  // Null while it loads.
-  return run && !run->end() ? run->turn() : SliceSource::Turn{.has_image = false};
-}
 
 Error already_final() {
   return Error{ErrorCode::kCancelled, "the job has ended in the meantime", ""};
@@ -44,7 +37,18 @@ LifeCycle::LifeCycle(Parts parts, double checkpoint_seconds)
                    checkpoint_seconds,
                    // Only an ended job is not paused.
                    [this](const JobPointer& job) { pause_for_room(job, nullptr); }),
-      checkpoint_time_(checkpoint_seconds),
+      parking_(
+          {parts.log, parts.book, parts.journal, parts.scheduler, checkpoints_, savers_},
+          checkpoint_seconds,
+          [this](const JobPointer& job, JobState before, const JobRecord& after) {
+            follow_state(job, before, after);
+          },
+          [this](const RenderRun* run) {
+            if (run != nullptr) {
+              count_work(*run);
+            }
+            admit();
+          }),
       loaders_(kLoaders, kLoadersOfTenant, Background::Priority::kOfRendering),
       preview_loaders_(kLoaders / kLoadersOfTenant, 1, Background::Priority::kOfRendering),
       savers_(kSavers, kSavers, Background::Priority::kNormal) {}
@@ -80,15 +84,7 @@ void LifeCycle::admit() {
   while (!stopping_ && !draining_) {
     std::shared_ptr<JobBook::Slot> slot = parts_.book.admit();
     if (!slot) {
-      if (Clock::now() < detaches_from_.load()) {
-        return;
-      }
-      for (JobPointer& paused : parts_.book.take_parkable()) {
-        savers_.post([this, paused = std::move(paused)] { park(paused); });
-      }
-      if (JobPointer yielding = parts_.book.take_yielding(&turn_of)) {
-        savers_.post([this, yielding = std::move(yielding)] { yield_place(yielding); });
-      }
+      parking_.make_room();
       return;
     }
     Background& loaders = slot->job()->memory_only() ? preview_loaders_ : loaders_;
@@ -178,7 +174,7 @@ void LifeCycle::on_first_slice(const RenderRun& run) {
 void LifeCycle::on_end(std::shared_ptr<RenderRun> run) {
   JobPointer job = run->job();
   savers_.post([this, job = std::move(job), run = std::move(run)] {
-    // A parked job resumes from its file; detach() may be under way.
+    // A parked job resumes from its file; parking may be under way.
     const auto is_parked = [&] {
       const core::MutexLock changing(job->change_mutex());
       return job->run() != run;
@@ -545,75 +541,6 @@ void LifeCycle::distrust(const JobPointer& job, const std::string& worker) {
   }
   if (doubted) {
     admit();
-  }
-}
-
-void LifeCycle::park(const JobPointer& job) {
-  const auto run = job->run();
-  if (const Status saved = run ? checkpoints_.save_now(job) : core::ok_status(); !saved) {
-    keep(job, saved.error());
-    return;
-  }
-  detach(job, run, [&](const JobRecord& record) -> Verdict {
-    if (record.view.state != JobState::kPaused || job->run() != run) {
-      return Error{ErrorCode::kCancelled, "the job has resumed or ended", ""};
-    }
-    if (!run) {
-      job->begin_load();  // Invalidates a load that is under way.
-    }
-    return {};
-  });
-}
-
-void LifeCycle::yield_place(const JobPointer& job) {
-  const auto run = job->run();
-  if (const Status saved = checkpoints_.save_now(job); !saved) {
-    keep(job, saved.error());
-    return;
-  }
-  detach(job, run, [&](JobRecord& record) -> Verdict {
-    if (record.view.state != JobState::kRendering || job->run() != run || run->end()) {
-      return Error{ErrorCode::kCancelled, "the job was paused or has ended", ""};
-    }
-    record.view.state = JobState::kQueued;
-    return {};
-  });
-}
-
-void LifeCycle::detach(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
-                       const Journal::Modify& modify) {
-  JobState before = JobState::kPaused;
-  const Verdict detached = parts_.journal.change(
-      *job,
-      [&](JobRecord& record) {
-        before = record.view.state;
-        return modify(record);
-      },
-      {.unstored = Journal::Unstored::kInMemory, .before_publishing = [&](const JobRecord& after) {
-         job->set_run(nullptr);
-         if (run) {
-           parts_.scheduler.remove(*run);
-           run->leave();
-         }
-         follow_state(job, before, after);
-       }});
-  if (!detached) {
-    parts_.book.keep(*job);
-    return;
-  }
-  if (run) {
-    count_work(*run);
-  }
-  parts_.log.write(LogLevel::kInfo, "job_parked", {{"job", job->id()}});
-  admit();
-}
-
-void LifeCycle::keep(const JobPointer& job, const Error& why) {
-  parts_.book.keep(*job);
-  if (why.code != ErrorCode::kCancelled) {
-    detaches_from_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(checkpoint_time_);
-    parts_.log.write(LogLevel::kError, "film_not_saved",
-                     {{"job", job->id()}, {"detail", why.message}});
   }
 }
 

@@ -1,12 +1,10 @@
-/// LifeCycle: takes a job from the queue through loading and rendering to its end, with pauses
-/// and parking.
+/// LifeCycle: takes a job from the queue through loading and rendering to its end, with pauses.
 ///
 /// The scheduler's threads render, others load and save; no call here waits for a renderer, except
 /// cancel() for some milliseconds.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 
@@ -15,6 +13,7 @@
 #include "server/jobs/film_library.h"
 #include "server/jobs/job_book.h"
 #include "server/jobs/journal.h"
+#include "server/jobs/parking.h"
 #include "server/jobs/run_builder.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/verdict.h"
@@ -91,15 +90,6 @@ class LifeCycle final : private RenderRun::Owner {
   void release(const JobPointer& job);
   void keep_film_of(Job& job, const RenderRun& run);
 
-  /// Releases the memory of a paused job, which resumes from its film file.
-  void park(const JobPointer& job);
-  /// Puts a rendering job back into the queue; it resumes from its film file.
-  void yield_place(const JobPointer& job);
-  /// Takes the run, null while it loads, off a job whose film is saved, if modify allows it.
-  void detach(const JobPointer& job, const std::shared_ptr<RenderRun>& run,
-              const Journal::Modify& modify);
-  /// The job keeps its memory and place. why: its film could not be saved, unless kCancelled.
-  void keep(const JobPointer& job, const core::Error& why);
   /// Pauses the job on a full disk until go_on_with_room(). ended: the run whose end could not be
   /// stored, if any. Returns false when the job has ended otherwise; the caller then ends the
   /// run.
@@ -112,9 +102,7 @@ class LifeCycle final : private RenderRun::Owner {
   std::atomic<std::uint64_t> samples_done_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> draining_ = false;
-  const std::chrono::duration<double> checkpoint_time_;
-  /// No job is parked or yields before this time: a film could not be saved.
-  std::atomic<std::chrono::steady_clock::time_point> detaches_from_ = {};
+  Parking parking_;
   Background loaders_;
   Background preview_loaders_;
   Background savers_;

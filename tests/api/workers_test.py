@@ -563,7 +563,7 @@ class KillTest(FarmTest):
         body = long_job()
         job = farm.server.submit(body)
         worker = farm.workers[0]
-        farm.wait_for_worker(worker.id, lambda w: w["leases"] > 0 and w["units"] > 0, "a lease")
+        farm.wait_for_worker(worker.id, lambda w: w["leases"] > 0, "a lease")
         worker.kill()
         farm.wait_for_worker(worker.id, lambda w: w["state"] == "lost", "the loss")
         self.check_film(farm, job["id"], body)

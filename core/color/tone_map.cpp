@@ -137,8 +137,8 @@ float srgb_from_linear(float linear) noexcept {
 }
 
 std::uint8_t srgb_byte(float linear) noexcept {
-  static const SrgbSteps steps;
-  return steps(linear);
+  static const SrgbSteps kSteps;
+  return kSteps(linear);
 }
 
 float linear_from_srgb(float encoded) noexcept {

@@ -437,7 +437,7 @@ bool is_supported_extension(std::string_view name) {
 }
 
 std::span<const std::string_view> supported_extensions() {
-  static const std::vector<std::string_view> names = [] {
+  static const std::vector<std::string_view> kNames = [] {
     std::set<std::string_view> all(kWithoutMembers.begin(), kWithoutMembers.end());
     for (const std::span<const Schema> rows : kTables) {
       for (const Schema& row : rows) {
@@ -448,7 +448,7 @@ std::span<const std::string_view> supported_extensions() {
     }
     return std::vector<std::string_view>(all.begin(), all.end());
   }();
-  return names;
+  return kNames;
 }
 
 }  // namespace core

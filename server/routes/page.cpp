@@ -48,7 +48,7 @@ Response page_answer(const Request& request, const PageFile& file) {
 }
 
 const std::vector<PageFile>& page_files() {
-  static const std::vector<PageFile> all = [] {
+  static const std::vector<PageFile> kFiles = [] {
     std::vector<PageFile> files;
     for (const web_page::File& file : web_page::files()) {
       files.push_back({.path = std::string(file.path),
@@ -59,7 +59,7 @@ const std::vector<PageFile>& page_files() {
     }
     return files;
   }();
-  return all;
+  return kFiles;
 }
 
 }  // namespace server

@@ -47,9 +47,14 @@ struct File {
   std::string path;
   std::uint64_t size = 0;
   std::vector<Change> unsynced;
+  std::uint64_t length = 0;    ///< Of the real file, where it is longer: see is_log().
   std::byte* bytes = nullptr;  ///< Its first `mapped` bytes, of which those after `size` are none.
   std::uint64_t mapped = 0;
 };
+
+/// A database's log grows and is cut thousands of times a day. The real file keeps its length while
+/// the process lives, so that this costs no call of the kernel.
+bool is_log(const File& file) { return file.path.ends_with("-wal"); }
 
 struct State {
   State(std::string folder, DiskFaults given)
@@ -84,11 +89,12 @@ File* file_of(int fd) {
 /// Returns the file's bytes from there in memory, which costs no call of the kernel; null: they are
 /// not all in the file, or the descriptor is for one direction.
 std::byte* mapped(int fd, File& file, std::uint64_t offset, std::size_t count) {
-  if (offset + count > file.size) {
+  const std::uint64_t end = offset + count;
+  if (end > std::max(file.size, file.length)) {
     return nullptr;
   }
-  if (file.size > file.mapped) {
-    const std::uint64_t length = std::max(kMapping, std::bit_ceil(file.size));
+  if (end > file.mapped) {
+    const std::uint64_t length = std::max(kMapping, std::bit_ceil(std::max(file.size, end)));
     void* const bytes = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
     if (bytes == MAP_FAILED) {
       return nullptr;
@@ -103,7 +109,11 @@ std::byte* mapped(int fd, File& file, std::uint64_t offset, std::size_t count) {
 }
 
 ssize_t read_from(int fd, File& file, void* to, std::size_t count, off_t offset) {
-  const std::byte* from = mapped(fd, file, static_cast<std::uint64_t>(offset), count);
+  const auto at = static_cast<std::uint64_t>(offset);
+  if (file.length > file.size) {
+    count = at < file.size ? std::min<std::uint64_t>(count, file.size - at) : 0;
+  }
+  const std::byte* from = mapped(fd, file, at, count);
   if (from == nullptr) {
     return real::pread(fd, to, count, offset);
   }
@@ -111,13 +121,45 @@ ssize_t read_from(int fd, File& file, void* to, std::size_t count, off_t offset)
   return static_cast<ssize_t>(count);
 }
 
+/// Makes the real file of a log long enough.
+void lengthen(int fd, File& file, std::uint64_t end) {
+  const std::uint64_t length = std::max(kMapping, std::bit_ceil(end));
+  if (end > std::max(file.size, file.length) &&
+      real::ftruncate(fd, static_cast<off_t>(length)) == 0) {
+    file.length = length;
+  }
+}
+
 ssize_t put(int fd, File& file, const void* from, std::size_t count, off_t offset) {
-  std::byte* to = mapped(fd, file, static_cast<std::uint64_t>(offset), count);
+  const auto at = static_cast<std::uint64_t>(offset);
+  if (is_log(file)) {
+    lengthen(fd, file, at + count);
+  }
+  std::byte* to = mapped(fd, file, at, count);
   if (to == nullptr) {
     return real::pwrite(fd, from, count, offset);
   }
+  if (at > file.size) {  // What was cut off before is no part of the hole.
+    std::memset(file.bytes + file.size, 0, at - file.size);
+  }
   std::memcpy(to, from, count);
   return static_cast<ssize_t>(count);
+}
+
+/// Gives the real file the length that it says.
+void shorten(File& file) {
+  if (file.length > file.size) {
+    ::truncate(file.path.c_str(), static_cast<off_t>(file.size));
+  }
+  file.length = 0;
+}
+
+/// A call that tells the size of a file tells that.
+template <typename Info>
+void tell_size(const File* file, Info& info) {
+  if (file != nullptr && file->length > file->size) {
+    info.st_size = static_cast<off_t>(file->size);
+  }
 }
 
 std::string read_back(int fd, File& file, std::uint64_t offset, std::size_t count) {
@@ -246,7 +288,8 @@ int cut(int fd, File& file, off_t size) {
     made.after.resize(before - after);
     take_time();
   }
-  return change(fd, file, made, after, [&] { return real::ftruncate(fd, size); });
+  return change(fd, file, made, after,
+                [&] { return after < file.length ? 0 : real::ftruncate(fd, size); });
 }
 
 int sync(int fd, File& file) {
@@ -294,7 +337,8 @@ void take_back(const Name& name) {
 }
 
 /// Keeps any sectors of any changes, in their order.
-void lose_changes(const File& file) {
+void lose_changes(File& file) {
+  shorten(file);
   const int fd = real::open(file.path.c_str(), O_RDWR | O_CLOEXEC, 0);
   if (fd < 0 || file.unsynced.empty()) {
     return;
@@ -334,22 +378,28 @@ int open_file(const char* path, int flags, mode_t mode) {
     return real::open(path, flags, mode);
   }
   struct stat info = {};
-  const bool is_new = (flags & O_CREAT) != 0 && ::stat(path, &info) != 0;
+  int fd = real::open(path, flags & ~O_CREAT, mode);
+  const bool is_new = fd < 0 && errno == ENOENT && (flags & O_CREAT) != 0;
   if (is_new) {
     end_if_due();
   }
-  const int fd = real::open(path, flags, mode);
+  if (is_new || (flags & O_EXCL) != 0) {
+    ::close(fd);
+    fd = real::open(path, flags, mode);
+  }
   if (fd < 0 || ::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
     return fd;
   }
   disk->open[fd] = info.st_ino;
   File& file = disk->files[info.st_ino];
   file.path = path;
-  file.size = static_cast<std::uint64_t>(info.st_size);
   if (is_new) {
     file.unsynced.clear();  // Of another file that had the number before.
+    file.length = 0;
     disk->names.push_back({.kind = Name::Kind::kCreated, .path = path});
   }
+  tell_size(&file, info);
+  file.size = static_cast<std::uint64_t>(info.st_size);
   return fd;
 }
 
@@ -360,12 +410,18 @@ void use_disk(const std::string& root, DiskFaults faults) {
 }
 
 void lose_power() {
-  for (const auto& [inode, file] : disk->files) {
+  for (auto& [inode, file] : disk->files) {
     lose_changes(file);
   }
   std::size_t lost = disk->names.empty() ? 0 : disk->random.below(disk->names.size() + 1);
   for (auto name = disk->names.rbegin(); lost > 0; ++name, --lost) {
     take_back(*name);
+  }
+}
+
+void shorten_files() {
+  for (auto& [inode, file] : disk->files) {
+    shorten(file);
   }
 }
 
@@ -477,6 +533,32 @@ int ftruncate(int fd, off_t size) noexcept {
 }
 
 int ftruncate64(int fd, off64_t size) noexcept { return ftruncate(fd, size); }
+
+int fstat64(int fd, struct stat64* info) noexcept {
+  const int failed = real::fstat64(fd, info);
+  if (failed == 0) {
+    simulation::tell_size(file_of(fd), *info);
+  }
+  return failed;
+}
+
+int fstat(int fd, struct stat* info) noexcept {
+  static_assert(sizeof(struct stat) == sizeof(struct stat64));
+  return fstat64(fd, reinterpret_cast<struct stat64*>(info));
+}
+
+int stat64(const char* path, struct stat64* info) noexcept {
+  const int failed = real::stat64(path, info);
+  if (failed == 0 && is_ours(path)) {
+    const auto found = disk->files.find(info->st_ino);
+    simulation::tell_size(found == disk->files.end() ? nullptr : &found->second, *info);
+  }
+  return failed;
+}
+
+int stat(const char* path, struct stat* info) noexcept {
+  return stat64(path, reinterpret_cast<struct stat64*>(info));
+}
 
 /// Punches holes.
 int fallocate(int fd, int mode, off_t offset, off_t count) {

@@ -16,8 +16,6 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "api/job/job_spec.h"

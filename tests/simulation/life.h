@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/simulation/copier.h"
 #include "tests/simulation/executor.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/ledger.h"
@@ -21,6 +22,7 @@ enum class Ending : int {
 };
 
 struct Life {
+  const Copier* copier = nullptr;
   std::string root;  ///< Holds the data directory.
   std::uint64_t seed = 0;
   std::uint64_t number = 0;

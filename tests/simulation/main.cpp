@@ -20,8 +20,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "server/commands/backup_command.h"
 #include "server/routes/page.h"
+#include "tests/simulation/copier.h"
 #include "tests/simulation/damage.h"
 #include "tests/simulation/faults.h"
 #include "tests/simulation/life.h"
@@ -133,8 +133,8 @@ bool check_counts(const Counts& counts, double days) {
 }
 
 /// Returns whether every invariant holds.
-bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem::path& folder,
-               Counts& counts) {
+bool play_seed(std::uint64_t seed, const Options& options, const simulation::Copier& copier,
+               const std::filesystem::path& folder, Counts& counts) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder / "disk");
   Ledger ledger((folder / "trace").string());
@@ -142,7 +142,7 @@ bool play_seed(std::uint64_t seed, const Options& options, const std::filesystem
   std::filesystem::create_directories(life.root);
   int status = run_apart([&] { simulation::render_undisturbed(life, ledger); });
   ledger.catch_up();
-  life = {.root = (folder / "disk").string(), .seed = seed};
+  life = {.copier = &copier, .root = (folder / "disk").string(), .seed = seed};
   const auto end = static_cast<simulation::Nanoseconds>(options.days * kDay);
   bool is_fine = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   while (is_fine && life.start < end) {
@@ -215,15 +215,16 @@ std::uint64_t play_seeds(const Options& options, int job, Counts& counts) {
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
     return options.fresh_seconds > 0 ? time.count() < options.fresh_seconds : seeds < options.seeds;
   };
+  const simulation::Copier copier;
   std::uint64_t played = 0;
   for (std::uint64_t i = 0; counts.failed == 0 && goes_on(i); ++i) {
     const auto jobs = static_cast<std::uint64_t>(options.jobs);
     const std::uint64_t seed = options.seed + i * jobs + static_cast<std::uint64_t>(job);
-    counts.failed += play_seed(seed, options, folder, counts) ? 0 : 1;
+    counts.failed += play_seed(seed, options, copier, folder, counts) ? 0 : 1;
     ++played;
     if (options.twice && counts.failed == 0) {
       const auto lines = Ledger((folder / "trace").string()).last_lines(SIZE_MAX);
-      counts.failed += play_seed(seed, options, folder, counts) ? 0 : 1;
+      counts.failed += play_seed(seed, options, copier, folder, counts) ? 0 : 1;
       ++played;
       if (lines != Ledger((folder / "trace").string()).last_lines(SIZE_MAX)) {
         std::puts("the same seed gave another trace");
@@ -238,11 +239,6 @@ std::uint64_t play_seeds(const Options& options, int job, Counts& counts) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count == 4 && std::string_view(arguments[1]) == "--back-up") {  // life.cpp
-    const auto copied = server::back_up(arguments[2], arguments[3]);
-    std::fputs(copied ? "" : (copied.error().message + "\n").c_str(), stdout);
-    return copied ? 0 : 1;
-  }
   Options options;
   for (int i = 1; i < count; ++i) {
     const std::string_view name = arguments[i];

@@ -14,8 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "api/job/job_spec.h"
@@ -99,14 +97,8 @@ void World::back_up() {
   {
     // Another process, since the locks of a file are of a process; no transaction is waited for.
     const auto session = server_.database->session();
-    const std::string from = life_.root + "/data";
-    const std::array<const char*, 5> words = {"simulation", "--back-up", from.c_str(), to.c_str(),
-                                              nullptr};
-    pid_t copier = 0;
-    int status = 0;
-    if (::posix_spawn(&copier, "/proc/self/exe", nullptr, nullptr,
-                      const_cast<char* const*>(words.data()), environ) != 0 ||
-        ::waitpid(copier, &status, 0) != copier || status != 0) {
+    shorten_files();
+    if (!life_.copier->copy(life_.root + "/data", to)) {
       fail("no backup");
     }
   }

@@ -5,6 +5,7 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/types.h>
 
@@ -57,6 +58,8 @@ SIMULATION_REAL(int, fcntl64, int, int, ...)
 SIMULATION_REAL(ssize_t, pread, int, void*, size_t, off_t)
 SIMULATION_REAL(ssize_t, pwrite, int, const void*, size_t, off_t)
 SIMULATION_REAL(int, ftruncate, int, off_t)
+SIMULATION_REAL(int, fstat64, int, struct stat64*)
+SIMULATION_REAL(int, stat64, const char*, struct stat64*)
 SIMULATION_REAL(int, fallocate, int, int, off_t, off_t)
 SIMULATION_REAL(int, posix_fallocate, int, off_t, off_t)
 SIMULATION_REAL(int, fdatasync, int)

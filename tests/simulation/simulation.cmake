@@ -4,6 +4,7 @@ if(TARGET server_lib AND NOT TESSERA_SANITIZE)
   add_executable(simulation
     simulation/broker.cpp
     simulation/comparisons.cpp
+    simulation/copier.cpp
     simulation/damage.cpp
     simulation/disk.cpp
     simulation/executor.cpp

@@ -41,6 +41,7 @@ class World {
     note_faults();
     ledger_.note(0, "end " + std::to_string(static_cast<int>(ending)) + " operations " +
                         std::to_string(disk_operations()));
+    shorten_files();
     ::_exit(static_cast<int>(ending));
   }
   [[noreturn]] void fail(const std::string& words) {

@@ -35,7 +35,7 @@ core::View view_by(core::View view, std::string_view integrator) {
 }
 
 core::View room_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 32);
+  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 36, 24);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
   return view;
 }
@@ -60,7 +60,7 @@ core::View ball_view() {
           {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -6}, 0),
            test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 0),
            test_support::quad({-0.4F, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 1)})),
-      48, 32);
+      36, 24);
   test_support::look_at(view, {0, 1.2F, 4}, {0, 0.6F, 0}, 40);
   view.environment = test_support::constant_sky(Rgb(0.2F));
   return view;
@@ -83,44 +83,62 @@ struct Measured {
   double bias = 0;   ///< mean of compared_bias()
 };
 
-using Fault = std::function<void(core::FilmSnapshot& image, core::FilmSnapshot& references)>;
+/// An image and its references.
+struct Run {
+  core::FilmSnapshot image;
+  core::FilmSnapshot references;
+};
 
-Measured measure(const Scene& scene, std::string_view integrator, const Fault& fault = {}) {
+/// Of each seed.
+std::vector<Run> runs_of(const Scene& scene, std::string_view integrator) {
   core::View view = view_by(scene.view, integrator);
-  Measured out;
-  Moments estimates;
-  Moments errors;
-  Moments biases;
+  std::vector<Run> out;
   for (int i = 0; i < kSeeds; ++i) {
     view.settings.seed = static_cast<std::uint64_t>(i) + 1;
     auto picture = test_support::render(view, kSamples);
     core::View other = view;
     other.settings = *core::reference_settings(view.settings);
-    core::FilmSnapshot references =
-        test_support::render(other, core::reference_samples(kSamples)).snapshot;
-    if (!fault) {
-      EXPECT_EQ(core::compared_error(picture.snapshot, references).image(0.95).high,
-                picture.progress.error.high)
-          << "the task compares in the same way";
-    } else {
-      fault(picture.snapshot, references);
+    out.push_back({std::move(picture.snapshot),
+                   test_support::render(other, core::reference_samples(kSamples)).snapshot});
+    EXPECT_EQ(core::compared_error(out.back().image, out.back().references).image(0.95).high,
+              picture.progress.error.high)
+        << "the task compares in the same way";
+  }
+  return out;
+}
+
+/// Of the ball by the irradiance cache; rendered once for all tests.
+const std::vector<Run>& cached_runs() {
+  static const std::vector<Run> kRuns = runs_of(ball(), "irradiance-cache");
+  return kRuns;
+}
+
+using Fault = std::function<void(core::FilmSnapshot& image, core::FilmSnapshot& references)>;
+
+Measured measure(const Scene& scene, std::vector<Run> runs, const Fault& fault = {}) {
+  Measured out;
+  Moments estimates;
+  Moments errors;
+  Moments biases;
+  for (auto& [image, references] : runs) {
+    if (fault) {
+      fault(image, references);
     }
-    const core::ErrorInterval seen = core::compared_error(picture.snapshot, references).image(0.95);
-    const double error = test_support::defined_error(picture.snapshot, scene.truth);
+    const core::ErrorInterval seen = core::compared_error(image, references).image(0.95);
+    const double error = test_support::defined_error(image, scene.truth);
     out.covered += seen.low <= error && error <= seen.high ? 1 : 0;
     out.below += error <= seen.high ? 1 : 0;
     estimates.add(seen.relative);
     errors.add(error);
-    biases.add(core::compared_bias(picture.snapshot, references));
+    biases.add(core::compared_bias(image, references));
   }
   out.ratio = estimates.mean / errors.mean;
   out.error = errors.mean;
   out.bias = biases.mean;
   std::printf(
-      "    %s: error %.4f, estimate over error %.2f, covered %d, below high %d of %d, bias "
+      "    error %.4f, estimate over error %.2f, covered %d, below high %d of %d, bias "
       "%.4f\n",
-      std::string(integrator).c_str(), errors.mean, out.ratio, out.covered, out.below, kSeeds,
-      out.bias);
+      errors.mean, out.ratio, out.covered, out.below, kSeeds, out.bias);
   return out;
 }
 
@@ -136,24 +154,24 @@ void expect_true(const Measured& seen) {
 }
 
 TEST(ComparedError, CoversTheErrorOfShrinkingDisks) {
-  expect_true(measure(room(), "sppm"));
-  expect_true(measure(ball(), "sppm"));
+  expect_true(measure(room(), runs_of(room(), "sppm")));
+  expect_true(measure(ball(), runs_of(ball(), "sppm")));
 }
 
 TEST(ComparedError, CoversTheErrorOfPhotonMapping) {
-  expect_true(measure(room(), "photon-map"));
-  expect_true(measure(ball(), "photon-map"));
+  expect_true(measure(room(), runs_of(room(), "photon-map")));
+  expect_true(measure(ball(), runs_of(ball(), "photon-map")));
 }
 
 TEST(ComparedError, CoversTheErrorOfAnIrradianceCache) {
-  expect_true(measure(room(), "irradiance-cache"));
-  expect_true(measure(ball(), "irradiance-cache"));
+  expect_true(measure(room(), runs_of(room(), "irradiance-cache")));
+  expect_true(measure(ball(), cached_runs()));
 }
 
 // (F - U)^2 contains the noise of U, which is several times that of F.
 TEST(ComparedError, DetectsReferencesThatAreTheSameImage) {
   const Measured seen =
-      measure(ball(), "irradiance-cache", [](core::FilmSnapshot&, core::FilmSnapshot& both) {
+      measure(ball(), cached_runs(), [](core::FilmSnapshot&, core::FilmSnapshot& both) {
         for (std::size_t i = 0; i < both.pixels.size(); i += 2) {
           both.pixels[i + 1] = both.pixels[i];
         }
@@ -164,7 +182,7 @@ TEST(ComparedError, DetectsReferencesThatAreTheSameImage) {
 // An image that contains half of U lies nearer to U than the truth does, by all of U's noise.
 TEST(ComparedError, DetectsAnImageThatSharesSamplesWithAReference) {
   const Measured seen =
-      measure(ball(), "irradiance-cache", [](core::FilmSnapshot& image, core::FilmSnapshot& both) {
+      measure(ball(), cached_runs(), [](core::FilmSnapshot& image, core::FilmSnapshot& both) {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
           const core::ReplicatePixel& u = both.pixels[i / 2 * 2];
           core::ReplicatePixel& p = image.pixels[i];
@@ -178,9 +196,9 @@ TEST(ComparedError, DetectsAnImageThatSharesSamplesWithAReference) {
 
 // An image that is 20% too bright has that bias, whatever its noise.
 TEST(ComparedError, TellsBiasFromNoise) {
-  const Measured fair = measure(ball(), "irradiance-cache");
+  const Measured fair = measure(ball(), cached_runs());
   const Measured bright =
-      measure(ball(), "irradiance-cache", [](core::FilmSnapshot& image, core::FilmSnapshot&) {
+      measure(ball(), cached_runs(), [](core::FilmSnapshot& image, core::FilmSnapshot&) {
         for (core::ReplicatePixel& p : image.pixels) {
           p.mean_r *= 1.2F;
           p.mean_g *= 1.2F;

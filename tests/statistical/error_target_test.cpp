@@ -1,7 +1,7 @@
 // Jobs that stop at an error target: the true error is at most the target in `confidence` of the
 // runs that are not flagged as unreliable.
 #include <algorithm>
-#include <cmath>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -58,23 +58,35 @@ core::View small_lamps() {
   return view;
 }
 
-constexpr int kSeeds = 40;
+constexpr int kSeeds = 19;
 
 struct Targets {
   int runs = 0;       ///< not flagged as unreliable
   int met = 0;        ///< number of these that meet the target
-  double median = 0;  ///< of the ratio of true error to target
-  double most = 0;
+  int met_twice = 0;  ///< the planted fault: the same if the true errors are twice as large
+  double most = 0;    ///< ratio of true error to target
   double samples = 0;
 };
 
-/// share: ratio of the target to the error at 32 samples. bias: factor of the true error.
-Targets run(core::View view, double share, double bias = 1) {
-  view.settings.seed = 999;
-  const double target = share * test_support::render(view, 32).progress.error.relative;
-  core::View plain = view;
-  plain.settings.adaptive.type = core::AdaptiveType::kNone;
-  const auto truth = test_support::truth_of(test_support::render(plain, 2048).snapshot);
+/// A view with its expected values.
+struct Scene {
+  core::View view;
+  double error = 0;  ///< at 32 samples
+  test_support::Truth truth;
+
+  explicit Scene(core::View seen) : view(std::move(seen)) {
+    view.settings.seed = 999;
+    error = test_support::render(view, 32).progress.error.relative;
+    core::View plain = view;
+    plain.settings.adaptive.type = core::AdaptiveType::kNone;
+    truth = test_support::truth_of(test_support::render(plain, 2048).snapshot);
+  }
+};
+
+/// share: ratio of the target to the error at 32 samples.
+Targets run(const Scene& scene, double share) {
+  core::View view = scene.view;
+  const double target = share * scene.error;
   std::vector<double> ratios;
   Targets out;
   for (int i = 0; i < kSeeds; ++i) {
@@ -83,54 +95,59 @@ Targets run(core::View view, double share, double bias = 1) {
     stop.relative_error = target;
     const auto picture = test_support::render(view, stop);
     EXPECT_EQ(picture.reason, core::StopReason::kRelativeError);
-    const double off = bias * test_support::defined_error(picture.snapshot, truth);
+    const double off = test_support::defined_error(picture.snapshot, scene.truth);
     ratios.push_back(off / target);
     out.runs += picture.progress.error.unreliable ? 0 : 1;
     out.met += !picture.progress.error.unreliable && off <= target ? 1 : 0;
+    out.met_twice += !picture.progress.error.unreliable && 2 * off <= target ? 1 : 0;
     out.samples += picture.progress.samples_mean / kSeeds;
   }
   std::sort(ratios.begin(), ratios.end());
-  out.median = ratios[ratios.size() / 2];
   out.most = ratios.back();
   std::printf(
       "    target %.3f: met by %d of %d runs, %d unreliable; true error over target: median %.2f, "
       "most %.2f; %.0f samples\n",
-      target, out.met, out.runs, kSeeds - out.runs, out.median, out.most, out.samples);
+      target, out.met, out.runs, kSeeds - out.runs, ratios[ratios.size() / 2], out.most,
+      out.samples);
   return out;
 }
 
-// Of 40 runs that meet the target with probability 0.95, more than 5 miss it in 1.4% of cases
+// Of 19 runs that meet the target with probability 0.95, more than 3 miss it in 1.3% of cases
 // (binomial); the seeds are fixed. The end of a bracket is met more often; that tasks stop by the
 // end of their confidence is tested in closed form (tests/unit/core/render_task_target_test.cpp).
-bool is_kept(const Targets& t) { return t.runs == kSeeds && t.met >= kSeeds - 5; }
+bool is_kept(int runs, int met) { return runs == kSeeds && met >= kSeeds - 3; }
+bool is_kept(const Targets& t) { return is_kept(t.runs, t.met); }
 
 TEST(ErrorTarget, IsMetInARoom) {
-  EXPECT_TRUE(is_kept(run(room(), 0.7)));
-  EXPECT_TRUE(is_kept(run(room(), 2))) << "with few samples";
+  const Scene scene(room());
+  const Targets t = run(scene, 0.7);
+  EXPECT_TRUE(is_kept(t));
+  EXPECT_FALSE(is_kept(t.runs, t.met_twice)) << "the planted fault: an underestimated error";
+  EXPECT_TRUE(is_kept(run(scene, 2))) << "with few samples";
 }
 TEST(ErrorTarget, IsMetInARoomWithAdaptiveSampling) {
   core::View view = room();
   view.settings.adaptive.type = core::AdaptiveType::kPilot;
   view.settings.adaptive.min_samples = 24;
-  const Targets t = run(view, 0.7);
+  const Targets t = run(Scene(view), 0.7);
   EXPECT_TRUE(is_kept(t));
   EXPECT_GT(t.samples, 26) << "sampling was not adaptive";
 }
 TEST(ErrorTarget, IsMetUnderASky) {
-  EXPECT_TRUE(is_kept(run(sky_and_ball(), 0.7)));
-  EXPECT_TRUE(is_kept(run(sky_and_ball(), 2))) << "with few samples";
+  const Scene scene(sky_and_ball());
+  EXPECT_TRUE(is_kept(run(scene, 0.7)));
+  EXPECT_TRUE(is_kept(run(scene, 2))) << "with few samples";
 }
 // About 36 pixels carry the whole error: every run is flagged, and meets the target all the same.
 TEST(ErrorTarget, IsMetForSmallEmittersAndFlagged) {
-  const Targets t = run(small_lamps(), 0.7);
+  const Targets t = run(Scene(small_lamps()), 0.7);
   EXPECT_EQ(t.runs, 0);
   EXPECT_LE(t.most, 1);
 }
 TEST(ErrorTarget, IsMetForCaustics) {
-  EXPECT_TRUE(is_kept(run(test_support::caustic(), 0.7)));
-  EXPECT_TRUE(is_kept(run(test_support::caustic(), 2))) << "with few samples";
+  const Scene scene(test_support::caustic());
+  EXPECT_TRUE(is_kept(run(scene, 0.7)));
+  EXPECT_TRUE(is_kept(run(scene, 2))) << "with few samples";
 }
-// The planted fault: true errors twice as large miss the target.
-TEST(ErrorTarget, DetectsAnUnderestimatedError) { EXPECT_FALSE(is_kept(run(room(), 0.7, 2))); }
 
 }  // namespace

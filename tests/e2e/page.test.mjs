@@ -10,6 +10,7 @@ import {
   drop,
   glowingGlb,
   isOther,
+  moving,
   panorama,
   phone,
   pictureNow,
@@ -57,7 +58,7 @@ test(
   'Render shows an image that changes while it converges',
   { timeout: 300_000 },
   () =>
-    withPage(desktop, async (page) => {
+    withPage(moving, async (page) => {
       await submit(page, { scene: 'cornell-box', size: '0', samples: 48 });
       const early = await until('the first tiles', () => pictureNow(page));
       await finished(page);

@@ -5,6 +5,7 @@ import {
   ask,
   desktop,
   isOther,
+  moving,
   phone,
   pictureNow,
   serverAndBrowser,
@@ -470,7 +471,7 @@ function countDraws() {
 
 // `tests/bench/run --page` measures the time.
 test('tiles are drawn in animation frames, each separately', { timeout: 300_000 }, async () => {
-  const page = await openPage(desktop, '', (p) => p.addInitScript(countDraws));
+  const page = await openPage(moving, '', (p) => p.addInitScript(countDraws));
   try {
     await submit(page, { scene: 'cornell-box', size: '3', samples: 4096 });
     const counts = () => page.evaluate(() => globalThis.counts);

@@ -425,6 +425,17 @@ void shorten_files() {
   }
 }
 
+void share_files(const std::function<void()>& act) {
+  shorten_files();
+  act();
+  for (auto& [inode, file] : disk->files) {
+    struct stat64 info = {};
+    if (real::stat64(file.path.c_str(), &info) == 0) {
+      file.size = static_cast<std::uint64_t>(info.st_size);
+    }
+  }
+}
+
 void spare_process() {
   disk->faults.end_at = 0;
   disk->faults.ends = false;

@@ -30,8 +30,10 @@ struct DiskFaults {
 void use_disk(const std::string& root, DiskFaults faults);
 /// Takes back a part of what was not synced.
 void lose_power();
-/// Gives real files the lengths that they say, for other processes: the process ends, or one reads.
+/// Gives real files the lengths that they say; the process ends.
 void shorten_files();
+/// Another process reads and writes the files while act() runs.
+void share_files(const std::function<void()>& act);
 /// The process does not end from now on, and no operation fails.
 void spare_process();
 /// Single reads and writes fail from now on, as kReadFails and kWriteFails strike.

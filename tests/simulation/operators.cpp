@@ -97,10 +97,11 @@ void World::back_up() {
   {
     // Another process, since the locks of a file are of a process; no transaction is waited for.
     const auto session = server_.database->session();
-    shorten_files();
-    if (!life_.copier->copy(life_.root + "/data", to)) {
-      fail("no backup");
-    }
+    share_files([&] {
+      if (!life_.copier->copy(life_.root + "/data", to)) {
+        fail("no backup");
+      }
+    });
   }
   auto copy = server::Database::open(to + "/tessera.db");
   if (!copy || !(*copy)->damage().empty()) {

@@ -77,7 +77,7 @@ void Checkpoints::save_due(const std::stop_token& stop) {
   }
   next_look_ = Clock::now() + pause();
   std::map<std::string, Clock::time_point> saved_at;  // of the jobs that still run
-  for (const JobPointer& job : parts_.book.all()) {
+  for (const JobPointer& job : parts_.book.with_slots()) {
     const auto run = job->run();
     if (stop.stop_requested() || !run || job->memory_only()) {
       continue;

@@ -95,6 +95,15 @@ std::vector<JobPointer> JobBook::all() const {
   return jobs;
 }
 
+std::vector<JobPointer> JobBook::with_slots() const {
+  const core::MutexLock lock(mutex_);
+  std::vector<JobPointer> jobs;
+  for (const auto& [number, holder] : holders_) {
+    jobs.push_back(holder.job);
+  }
+  return jobs;
+}
+
 bool JobBook::has_room(const Admission& admission, const std::string& tenant) const {
   const Rank rank = admission.rank;
   const core::MutexLock lock(mutex_);

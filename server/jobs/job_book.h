@@ -89,6 +89,8 @@ class JobBook {
   void forget(const Job& job);
   JobPointer find(const std::string& id) const;
   std::vector<JobPointer> all() const;
+  /// Returns the jobs with a slot: all that have a run, and those that are being loaded.
+  std::vector<JobPointer> with_slots() const;
 
   /// Returns false when the queue is full and the job could not start at once.
   bool has_room(const Admission& admission, const std::string& tenant = {}) const;

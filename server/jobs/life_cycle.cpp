@@ -553,7 +553,7 @@ void LifeCycle::count_work(const RenderRun& run) {
 RenderRun::Work LifeCycle::work_done() const {
   // In this order, a run that ends concurrently is briefly missed rather than counted twice.
   RenderRun::Work done{.rays = rays_done_, .samples = samples_done_};
-  for (const JobPointer& job : parts_.book.all()) {
+  for (const JobPointer& job : parts_.book.with_slots()) {
     if (const auto run = job->run()) {
       const RenderRun::Work work = run->work();
       done.rays += work.rays;

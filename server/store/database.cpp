@@ -293,8 +293,18 @@ core::Result<std::unique_ptr<Database>> Database::open(const std::string& path) 
 
 bool Database::make_room(Session& session) { return reserve_.give_up() || checkpoint(session); }
 
+void Database::note_commit(int pages) {
+  sqlite3_file* log = nullptr;
+  DatabaseMark::LogHead head{};
+  if (sqlite3_file_control(handle_, "main", SQLITE_FCNTL_JOURNAL_POINTER, &log) == SQLITE_OK &&
+      log->pMethods != nullptr &&
+      log->pMethods->xRead(log, head.data(), static_cast<int>(head.size()), 0) == SQLITE_OK) {
+    mark_.note_commit(head, static_cast<std::uint32_t>(pages));
+  }
+}
+
 int Database::on_commit(void* self, sqlite3* handle, const char* name, int pages) {
-  static_cast<const Database*>(self)->mark_.note_commit(static_cast<std::uint32_t>(pages));
+  static_cast<Database*>(self)->note_commit(pages);
   // As PRAGMA wal_autocheckpoint, whose hook this one replaces. It is tried again later.
   constexpr int kCheckpointPages = 1000;
   if (pages >= kCheckpointPages) {
@@ -318,7 +328,7 @@ Status Database::checkpoint(Session& /*session*/) {
   const int code =
       sqlite3_wal_checkpoint_v2(handle_, nullptr, SQLITE_CHECKPOINT_TRUNCATE, &pages, nullptr);
   if (pages > 0) {  // Another process reads.
-    mark_.note_commit(static_cast<std::uint32_t>(pages));
+    note_commit(pages);
   }
   return code == SQLITE_OK || code == SQLITE_BUSY
              ? core::ok_status()

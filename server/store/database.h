@@ -151,6 +151,8 @@ class Database {
   }
   bool make_room(Session& session);
   core::Status checkpoint(Session& session);
+  /// Notes that the log has `pages` valid pages.
+  void note_commit(int pages);
   /// Called by SQLite after each commit.
   static int on_commit(void* self, sqlite3* handle, const char* name, int pages);
 
@@ -164,7 +166,7 @@ class Database {
   StatementPool statements_;  ///< Of sessions, which hold mutex_.
   std::string path_;
   DiskReserve reserve_;
-  const DatabaseMark mark_;
+  DatabaseMark mark_;
   const std::string damage_;
   core::Mutex mutex_;
 };

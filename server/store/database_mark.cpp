@@ -21,7 +21,6 @@ using core::ErrorCode;
 namespace {
 
 constexpr std::size_t kMarkBytes = 128;
-constexpr std::size_t kLogHeadBytes = 32;
 constexpr std::size_t kPageHeadBytes = 24;
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset, bool is_big = true) {
@@ -88,35 +87,34 @@ bool DatabaseMark::has_log() const {
   return !code && bytes > 0;
 }
 
-void DatabaseMark::write(const std::string& words, bool is_synced) const {
+void DatabaseMark::write(const std::string& words, bool is_synced) {
   std::string text = seal(words);
   text.resize(kMarkBytes - 1, ' ');
   text += '\n';
   const std::string path = database_ + "-mark";
   // Without a mark, or with an old one, a loss may not be noticed; nothing else depends on it.
-  if (const auto fd = open_file(path, O_RDWR | O_CREAT)) {
-    static_cast<void>(write_at(fd->get(), std::as_bytes(std::span(text)), 0, path));
+  if (!mark_) {
+    if (auto opened = open_file(path, O_RDWR | O_CREAT)) {
+      mark_ = *std::move(opened);
+    }
+  }
+  if (mark_) {
+    static_cast<void>(write_at(mark_.get(), std::as_bytes(std::span(text)), 0, path));
     if (is_synced) {
-      static_cast<void>(sync_file(fd->get(), path));
+      static_cast<void>(sync_file(mark_.get(), path));
     }
   }
 }
 
-void DatabaseMark::note_commit(std::uint32_t pages) const {
-  const std::string path = database_ + "-wal";
-  std::array<std::byte, kLogHeadBytes> head{};
-  const auto fd = open_file(path, O_RDONLY);
-  const auto got = fd ? read_at(fd->get(), head, 0, path) : core::Result<std::size_t>(0);
-  if (got && *got == head.size()) {
-    std::ostringstream words;
-    words << "log " << word_at(head, 16) << " " << word_at(head, 20) << " " << pages;
-    write(words.str(), false);
-  }
+void DatabaseMark::note_commit(const LogHead& head, std::uint32_t pages) {
+  std::ostringstream words;
+  words << "log " << word_at(head, 16) << " " << word_at(head, 20) << " " << pages;
+  write(words.str(), false);
 }
 
-void DatabaseMark::note_unknown() const { write("unknown", true); }
+void DatabaseMark::note_unknown() { write("unknown", true); }
 
-void DatabaseMark::note_closed() const {
+void DatabaseMark::note_closed() {
   if (const auto hash = hash_of(database_)) {
     write("closed " + *hash, false);
   }
@@ -135,7 +133,7 @@ core::Result<std::optional<std::string>> DatabaseMark::find_loss_of_log(std::uin
   if (!fd) {
     return fd.error();
   }
-  std::array<std::byte, kLogHeadBytes> head{};
+  LogHead head{};
   const auto got = read_at(fd->get(), head, 0, path);
   if (!got) {
     return got.error();

@@ -7,10 +7,13 @@
 /// holds, never more. Format of the log: https://www.sqlite.org/fileformat2.html, 4.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 
+#include "core/base/descriptor.h"
 #include "core/base/result.h"
 
 namespace server {
@@ -24,12 +27,15 @@ class DatabaseMark {
   /// none. Errors: of reading.
   core::Result<std::string> check() const;
 
-  /// Notes that the log has `pages` valid pages.
-  void note_commit(std::uint32_t pages) const;
+  /// The first bytes of a log.
+  static constexpr std::size_t kLogHeadBytes = 32;
+  using LogHead = std::array<std::byte, kLogHeadBytes>;
+  /// Notes that the log of that head has `pages` valid pages.
+  void note_commit(const LogHead& head, std::uint32_t pages);
   /// Notes that nothing is known, before the log is written back to the database.
-  void note_unknown() const;
+  void note_unknown();
   /// Notes the database's hash. Pre: closed, without a log.
-  void note_closed() const;
+  void note_closed();
   bool has_log() const;
 
  private:
@@ -39,9 +45,10 @@ class DatabaseMark {
                                                             std::uint32_t pages) const;
   /// Changes with the mark and with the head of the log.
   std::string moment() const;
-  void write(const std::string& words, bool is_synced) const;
+  void write(const std::string& words, bool is_synced);
 
   const std::string database_;
+  core::UniqueFd mark_;  ///< Open from the first write on.
 };
 
 }  // namespace server

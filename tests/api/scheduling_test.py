@@ -15,6 +15,10 @@ def big(**members):
 
 
 class Sharing(ApiTest):
+    # A second thread helps the next job for as long as the first holds the last unit of a pass: on
+    # a busy machine, where the first may wait for a core, that is most of the time.
+    THREADS = 1
+
     def progress(self, job):
         return self.server.job(job)["progress"]
 
@@ -46,7 +50,6 @@ class Sharing(ApiTest):
         high = self.server.submit(big(priority=10))["id"]
         self.server.wait_for_samples(high)
         spent = self.watch([low, high])
-        # At the end of a pass a thread may find no work in the first job and help the second.
         self.assertGreater(spent[1], 4 * spent[0], spent)
         # And vice versa.
         self.server.request("PATCH", f"/v1/jobs/{low}", {"priority": 20})
@@ -98,7 +101,6 @@ class Sharing(ApiTest):
         self.server.wait_for_samples(hog)
         preview = self.server.submit(big(**{"class": "preview"}))["id"]
         self.server.wait_for_samples(preview)
-        # A thread that finds no work in the preview takes a slice of the other, of 0.1 s.
         spent = self.watch([hog, preview], 1)
         self.assertGreater(spent[1], 4 * spent[0], spent)
         self.cancel(hog, preview)

@@ -104,7 +104,7 @@ const core::ImageFormat* find_format(const std::string& output) {
 
 /// The image selected by --denoise; its picture is null for the plain one.
 struct Shown {
-  core::DenoisedLook look;
+  core::DenoisedInput input;
   core::DenoiserFacts by;
   std::string note;
 };
@@ -160,9 +160,9 @@ core::Result<Shown> shown_picture(FilmDenoiser& denoiser, const core::Film& film
   if (!made->note.empty()) {
     std::fprintf(stderr, "warning: %s\n", shown(made->note).c_str());
   }
-  Shown out = {.look = {}, .by = std::move(made->by), .note = std::move(made->note)};
-  out.look = {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
-              flags.denoise == "full" ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed};
+  Shown out = {.input = {}, .by = std::move(made->by), .note = std::move(made->note)};
+  out.input = {std::make_shared<const core::DenoisedPicture>(std::move(made->picture)),
+               flags.denoise == "full" ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed};
   return out;
 }
 
@@ -201,7 +201,7 @@ core::Result<bool> sets_aside(const JobFlags& flags) {
 /// Returns the share of the light that was set aside.
 core::Result<double> write_picture(const core::RenderTask& task, const LocalJob& job,
                                    const JobFlags& flags, const core::Brightness& brightness,
-                                   const core::DenoisedLook& look) {
+                                   const core::DenoisedInput& denoised) {
   const api::JobSpec& spec = job.spec;
   const core::ImageFormat& format = *find_format(flags.output);
   core::FilmSnapshot film = task.film().snapshot();
@@ -209,11 +209,11 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
   if (!calm) {
     return calm.error();
   }
-  const core::SetAside taken = look.picture != nullptr ? look.picture->set_aside
-                               : *calm                 ? core::set_aside(film, film.rect)
-                                                       : core::SetAside{};
+  const core::SetAside taken = denoised.picture != nullptr ? denoised.picture->set_aside
+                               : *calm                     ? core::set_aside(film, film.rect)
+                                                           : core::SetAside{};
   core::Result<core::FloatImage> image =
-      look.picture != nullptr     ? core::layer_image(film, "denoised", &look)
+      denoised.picture != nullptr ? core::layer_image(film, "denoised", &denoised)
       : format.extension == "exr" ? core::all_layers_image(film, spec.render.film)
                                   : core::layer_image(film, core::kBeauty);
   if (!image) {
@@ -241,9 +241,9 @@ core::Result<double> write_picture(const core::RenderTask& task, const LocalJob&
 }
 
 /// Returns the interval to report; if an error ended the job, only its upper bound holds.
-core::ErrorInterval told_error(const core::DenoisedLook& look, const core::RenderTask& task,
+core::ErrorInterval told_error(const core::DenoisedInput& denoised, const core::RenderTask& task,
                                double confidence) {
-  core::ErrorInterval out = look.picture->interval(look.mode, confidence);
+  core::ErrorInterval out = denoised.picture->interval(denoised.mode, confidence);
   if (core::is_by_error(task.stop_reason()) && std::isfinite(out.low)) {
     out.low = 0;
   }
@@ -258,12 +258,12 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json denoised_json(const Shown& shown, const core::RenderTask& task, double confidence) {
-  const core::DenoisedLook& look = shown.look;
-  if (look.picture == nullptr) {
+  const core::DenoisedInput& denoised = shown.input;
+  if (denoised.picture == nullptr) {
     return nullptr;
   }
-  const core::ErrorInterval error = told_error(look, task, confidence);
-  const bool is_full = look.mode == core::DenoiseMode::kFull;
+  const core::ErrorInterval error = told_error(denoised, task, confidence);
+  const bool is_full = denoised.mode == core::DenoiseMode::kFull;
   return {{"type", shown.by.type},
           {"version", shown.by.version},
           {"sha256", text_or_null(shown.by.sha256)},
@@ -375,7 +375,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   if (!shown) {
     return complain("render", shown.error());
   }
-  const core::DenoisedLook& look = shown->look;
+  const core::DenoisedInput& denoised = shown->input;
   const core::Brightness brightness = core::brightness_of(task.film(), settings.film);
   const double exposure = exposure_of(job.spec, brightness, flags);
   std::vector<std::string> warnings = job.warnings;
@@ -383,7 +383,7 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     warnings.push_back(core::clipped_warning(brightness, "--exposure "));
     std::fprintf(stderr, "warning: %s\n", warnings.back().c_str());
   }
-  const auto aside = write_picture(task, job, flags, brightness, look);
+  const auto aside = write_picture(task, job, flags, brightness, denoised);
   if (!aside) {
     return complain("render", aside.error());
   }
@@ -406,15 +406,15 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
     std::fprintf(stderr, "exposure: %s stops\n", core::exposure_text(exposure).c_str());
   }
   print_readings(readings_of(task, settings));
-  if (look.picture != nullptr) {
-    const core::ErrorInterval error = told_error(look, task, job.spec.stop.confidence);
-    ProgressFacts denoised;
-    denoised.relative_error = error.relative;
-    denoised.error_low = error.low;
-    denoised.error_high = error.high;
-    denoised.is_unreliable = error.unreliable;
+  if (denoised.picture != nullptr) {
+    const core::ErrorInterval error = told_error(denoised, task, job.spec.stop.confidence);
+    ProgressFacts of_denoised;
+    of_denoised.relative_error = error.relative;
+    of_denoised.error_low = error.low;
+    of_denoised.error_high = error.high;
+    of_denoised.is_unreliable = error.unreliable;
     std::fprintf(stderr, "denoised (%s): %s\n", flags.denoise.c_str(),
-                 interval_text(denoised).c_str());
+                 interval_text(of_denoised).c_str());
   }
   return g_interrupted == 0 ? kDone : kFailed;
 }

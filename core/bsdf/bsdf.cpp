@@ -55,14 +55,7 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
   }
   Rgb diffused;
   if (layers != nullptr && layers->diffuse_transmission > 0) {
-    // Beside refraction, it changes radiance by the squared indices too, and less of the light in
-    // the denser medium passes, so that the lobe is reciprocal.
-    const float ior = solid > 0 ? p.ior : 1.0F;
-    const float eta_2 = p.inside ? 1 / (ior * ior) : ior * ior;
-    const float passed = layers->diffuse_transmission * std::min(eta_2, 1.0F);
-    diffused = layers->diffuse_transmission_color * (lambert * passed);
-    below_.albedo = diffused * p.refraction_weight / eta_2;
-    diffuse_.albedo *= 1 - passed;
+    diffused = add_below(p, *layers, solid > 0 ? p.ior : 1.0F, lambert);
   }
   const Rgb substrate_albedo = diffuse_.albedo * interface_.open_wo;
   ThinLobe::Albedos wall;
@@ -88,6 +81,18 @@ Bsdf::Bsdf(const BsdfParameters& p, Vec3 wo_local, Vec3 ng_local, const BsdfLaye
     add_top(*layers);
   }
   set_probabilities();
+}
+
+Rgb Bsdf::add_below(const BsdfParameters& p, const BsdfLayers& layers, float ior,
+                    float lambert) noexcept {
+  // Beside refraction, it changes radiance by the squared indices too, and less of the light in
+  // the denser medium passes, so that the lobe is reciprocal.
+  const float eta_2 = p.inside ? 1 / (ior * ior) : ior * ior;
+  const float passed = layers.diffuse_transmission * std::min(eta_2, 1.0F);
+  const Rgb diffused = layers.diffuse_transmission_color * (lambert * passed);
+  below_.albedo = diffused * p.refraction_weight / eta_2;
+  diffuse_.albedo *= 1 - passed;
+  return diffused;
 }
 
 void Bsdf::add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept {

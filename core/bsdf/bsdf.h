@@ -90,6 +90,9 @@ class Bsdf {
     kLobes
   };
 
+  /// Adds diffuse transmission and returns its albedo. lambert: weight of the diffuse lobe.
+  Rgb add_below(const BsdfParameters& p, const BsdfLayers& layers, float ior,
+                float lambert) noexcept;
   void add_solid(const BsdfParameters& p, float weight, const ThinFilm& film) noexcept;
   void add_top(const BsdfLayers& layers) noexcept;
   void set_probabilities() noexcept;

@@ -36,56 +36,12 @@ Result<Camera> Camera::create(const CameraSettings& settings,
   camera.width_px_ = static_cast<float>(width);
   camera.height_px_ = static_cast<float>(height);
   const bool posed = settings.is_placed();
-  const bool is_file_orthographic = !posed && file != nullptr && file->orthographic;
   camera.type_ = camera_type(settings, file, posed);
   if (const Status fits = check_members(settings, camera.type_); !fits) {
     return fits.error();
   }
-  float fov = 45 * kDegree;
-  if (settings.vertical_fov_degrees) {
-    fov = *settings.vertical_fov_degrees * kDegree;
-  } else if (!posed && file != nullptr && !file->orthographic) {
-    fov = file->vertical_fov_rad;
-  }
-  Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
-  if (settings.pose) {
-    camera.eye_ = settings.pose->position().rounded();
-    camera.forward_ = settings.pose->forward();
-    up_hint = settings.pose->up();
-  } else if (settings.position) {
-    camera.eye_ = settings.position->rounded();
-    camera.forward_ = (*settings.target - *settings.position).rounded();
-  } else if (file != nullptr) {
-    camera.eye_ = file->to_world.t;
-    camera.forward_ = -file->to_world.z;
-    up_hint = settings.up.value_or(file->to_world.y);
-    if (!(length_squared(camera.forward_) > 0 && length_squared(up_hint) > 0)) {
-      return Error{ErrorCode::kInvalidArgument,
-                   "the scene's camera '" + file->name +
-                       "' has no direction, because its node is scaled to 0",
-                   "/camera"};
-    }
-  } else {
-    const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
-    const float radius = bounds.radius_or(1);
-    const float distance = fitting_distance_m(radius, half_view(settings, width, height));
-    camera.eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
-    camera.forward_ = center - camera.eye_;
-  }
-  if (!(length_squared(camera.forward_) > 0)) {
-    return Error{ErrorCode::kInvalidArgument, "position and target are the same point",
-                 "/camera/target"};
-  }
-  camera.forward_ = normalize(camera.forward_);
-  const Vec3 right = cross(camera.forward_, up_hint);
-  if (!(length_squared(right) > 1e-12F * std::max(length_squared(up_hint), 1e-20F))) {
-    return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view",
-                 "/camera/up"};
-  }
-  camera.right_ = normalize(right);
-  camera.up_ = cross(camera.right_, camera.forward_);
-  if (!posed && file != nullptr && file->to_world.determinant() < 0) {
-    camera.right_ = -camera.right_;  // glTF 2.0, 3.10: "local +X axis is to the right"
+  if (const Status placed = camera.place(settings, file, bounds); !placed) {
+    return placed.error();
   }
   camera.aperture_radius_m_ = settings.aperture_radius_m.value_or(0);
   const float distance_m =
@@ -94,39 +50,95 @@ Result<Camera> Camera::create(const CameraSettings& settings,
                                        camera.forward_),
                                    1e-3F * bounds.radius_or(1));
   camera.focus_distance_m_ = settings.focus_distance_m.value_or(distance_m);
-  const double w = width;
-  const double h = height;
-  Intrinsics film = {1, 1, 0.5 * w, 0.5 * h};
-  if (camera.type_ == CameraType::kPanorama) {
-    film.fx = w / (2 * std::numbers::pi);
-    film.fy = h / std::numbers::pi;
-  } else if (camera.type_ == CameraType::kPinhole) {
-    film = intrinsics_of(settings, width, height);
-    if (settings.distortion.model != DistortionModel::kNone) {
-      camera.distortion_.emplace(settings.distortion);
-    }
-  } else {
-    double half_height = std::tan(static_cast<double>(fov) * 0.5);
-    if (settings.orthographic_height_m) {
-      half_height = static_cast<double>(*settings.orthographic_height_m) * 0.5;
-    } else if (is_file_orthographic && camera.is_orthographic()) {
-      // Magnifications are half sizes. If the film's aspect ratio differs, the height is kept, as a
-      // perspective camera keeps its vertical field of view.
-      half_height = static_cast<double>(file->y_magnification);
-    } else if (camera.is_orthographic()) {
-      half_height *= static_cast<double>(distance_m);
-    }
-    film.fx = film.fy = 0.5 * h / half_height;
-    if (settings.shift) {
-      film.cx -= static_cast<double>(settings.shift->x) * w;
-      film.cy += static_cast<double>(settings.shift->y) * h;
-    }
+  if (camera.type_ == CameraType::kPinhole && settings.distortion.model != DistortionModel::kNone) {
+    camera.distortion_.emplace(settings.distortion);
   }
-  camera.set_film(film);
+  camera.set_film(camera.intrinsics(settings, posed ? nullptr : file, distance_m));
   if (!posed && !camera.is_sphere() && file != nullptr) {
     camera.set_planes(*file, bounds);
   }
   return camera;
+}
+
+Status Camera::place(const CameraSettings& settings, const CameraDescription* file,
+                     const Bounds& bounds) {
+  Vec3 up_hint = settings.up.value_or(Vec3{0, 1, 0});
+  if (settings.pose) {
+    eye_ = settings.pose->position().rounded();
+    forward_ = settings.pose->forward();
+    up_hint = settings.pose->up();
+  } else if (settings.position) {
+    eye_ = settings.position->rounded();
+    forward_ = (*settings.target - *settings.position).rounded();
+  } else if (file != nullptr) {
+    eye_ = file->to_world.t;
+    forward_ = -file->to_world.z;
+    up_hint = settings.up.value_or(file->to_world.y);
+    if (!(length_squared(forward_) > 0 && length_squared(up_hint) > 0)) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "the scene's camera '" + file->name +
+                       "' has no direction, because its node is scaled to 0",
+                   "/camera"};
+    }
+  } else {
+    const Vec3 center = bounds.empty() ? Vec3{} : bounds.center();
+    const Vec2 half =
+        half_view(settings, static_cast<int>(width_px_), static_cast<int>(height_px_));
+    const float distance = fitting_distance_m(bounds.radius_or(1), half);
+    eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
+    forward_ = center - eye_;
+  }
+  if (!(length_squared(forward_) > 0)) {
+    return Error{ErrorCode::kInvalidArgument, "position and target are the same point",
+                 "/camera/target"};
+  }
+  forward_ = normalize(forward_);
+  const Vec3 right = cross(forward_, up_hint);
+  if (!(length_squared(right) > 1e-12F * std::max(length_squared(up_hint), 1e-20F))) {
+    return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view",
+                 "/camera/up"};
+  }
+  right_ = normalize(right);
+  up_ = cross(right_, forward_);
+  if (!settings.is_placed() && file != nullptr && file->to_world.determinant() < 0) {
+    right_ = -right_;  // glTF 2.0, 3.10: "local +X axis is to the right"
+  }
+  return ok_status();
+}
+
+Intrinsics Camera::intrinsics(const CameraSettings& settings, const CameraDescription* file,
+                              float distance_m) const noexcept {
+  if (type_ == CameraType::kPinhole) {
+    return intrinsics_of(settings, static_cast<int>(width_px_), static_cast<int>(height_px_));
+  }
+  const auto w = static_cast<double>(width_px_);
+  const auto h = static_cast<double>(height_px_);
+  Intrinsics film = {1, 1, 0.5 * w, 0.5 * h};
+  if (type_ == CameraType::kPanorama) {
+    film.fx = w / (2 * std::numbers::pi);
+    film.fy = h / std::numbers::pi;
+    return film;
+  }
+  const bool is_of_file = file != nullptr && !file->orthographic;
+  const float fov = settings.vertical_fov_degrees ? *settings.vertical_fov_degrees * kDegree
+                    : is_of_file                  ? file->vertical_fov_rad
+                                                  : 45 * kDegree;
+  double half_height = std::tan(static_cast<double>(fov) * 0.5);
+  if (settings.orthographic_height_m) {
+    half_height = static_cast<double>(*settings.orthographic_height_m) * 0.5;
+  } else if (file != nullptr && file->orthographic && is_orthographic()) {
+    // Magnifications are half sizes. If the film's aspect ratio differs, the height is kept, as a
+    // perspective camera keeps its vertical field of view.
+    half_height = static_cast<double>(file->y_magnification);
+  } else if (is_orthographic()) {
+    half_height *= static_cast<double>(distance_m);
+  }
+  film.fx = film.fy = 0.5 * h / half_height;
+  if (settings.shift) {
+    film.cx -= static_cast<double>(settings.shift->x) * w;
+    film.cy += static_cast<double>(settings.shift->y) * h;
+  }
+  return film;
 }
 
 void Camera::set_film(Intrinsics film) noexcept {
@@ -175,9 +187,9 @@ Vec3 Camera::toward(Vec2 film_px) const noexcept {
   }
   if (distortion_) {
     const auto seen = [this](Vec2 p) {
-      return distortion_->seen({static_cast<double>(p.x), -static_cast<double>(p.y)});
+      return distortion_->unproject({static_cast<double>(p.x), -static_cast<double>(p.y)});
     };
-    Distortion::Seen found = seen(at);
+    Distortion::Unprojected found = seen(at);
     if (!found.is_shown) {  // beyond the film, where filters reach: as at its border
       found = seen(plane_position(
           {std::clamp(film_px.x, 0.0F, width_px_), std::clamp(film_px.y, 0.0F, height_px_)}));
@@ -260,9 +272,9 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
     return out;
   }
   if (is_fisheye()) {
-    const auto shown = distortion_->shown({static_cast<double>(dot(direction, right_)),
-                                           -static_cast<double>(dot(direction, up_)),
-                                           static_cast<double>(dot(direction, forward_))});
+    const auto shown = distortion_->project({static_cast<double>(dot(direction, right_)),
+                                             -static_cast<double>(dot(direction, up_)),
+                                             static_cast<double>(dot(direction, forward_))});
     if (shown) {
       out.film_px =
           film_position(static_cast<float>(shown->at.x), -static_cast<float>(shown->at.y));
@@ -288,7 +300,7 @@ Camera::Importance Camera::importance(Vec3 origin, Vec3 direction) const noexcep
   float scale = 1;
   if (distortion_) {
     const auto shown =
-        distortion_->shown({static_cast<double>(on_film.x), -static_cast<double>(on_film.y), 1});
+        distortion_->project({static_cast<double>(on_film.x), -static_cast<double>(on_film.y), 1});
     if (!shown) {
       return out;
     }

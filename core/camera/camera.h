@@ -123,6 +123,11 @@ class Camera {
   Vec3 toward(Vec2 film_px) const noexcept;
   Vec2 plane_position(Vec2 film_px) const noexcept;
   ImportanceSample seen_without_planes(Vec3 point, Vec2 lens) const noexcept;
+  /// Sets position and axes. file: null if no camera of the scene is chosen. Errors: of create().
+  Status place(const CameraSettings& settings, const CameraDescription* file, const Bounds& bounds);
+  /// file: null if its lens does not count. distance_m: of the focus, by default.
+  Intrinsics intrinsics(const CameraSettings& settings, const CameraDescription* file,
+                        float distance_m) const noexcept;
   void set_film(Intrinsics film) noexcept;
   void set_planes(const CameraDescription& file, const Bounds& bounds) noexcept;
   Vec2 film_position(float x, float y) const noexcept;

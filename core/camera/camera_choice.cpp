@@ -54,7 +54,7 @@ Status check_lens(const CameraSettings& settings, int width, int height) {
     for (int j = 0; j <= kCells; ++j) {
       const double x = static_cast<double>(j) * width / kCells;
       const double y = static_cast<double>(i) * height / kCells;
-      if (!lens.seen({(x - film.cx) / film.fx, (y - film.cy) / film.fy}).is_shown) {
+      if (!lens.unproject({(x - film.cx) / film.fx, (y - film.cy) / film.fy}).is_shown) {
         return refused("with these coefficients the image folds before pixel (" +
                            std::to_string(std::lround(x)) + ", " + std::to_string(std::lround(y)) +
                            "), where no direction is shown",

@@ -54,15 +54,16 @@ Distortion::Point Distortion::radius(double theta) const noexcept {
           1 + t2 * (3 * k_[0] + t2 * (5 * k_[1] + t2 * (7 * k_[2] + t2 * 9 * k_[3])))};
 }
 
-std::optional<Distortion::Shown> Distortion::shown(Place direction) const noexcept {
+std::optional<Distortion::Projected> Distortion::project(Place direction) const noexcept {
   if (is_fisheye_) {
     const double aside = std::hypot(direction.x, direction.y);
     const double theta = std::atan2(aside, direction.z);
     if (theta > theta_max_ || !(aside > 0)) {
-      return theta > 0 ? std::nullopt : std::optional(Shown{});
+      return theta > 0 ? std::nullopt : std::optional(Projected{});
     }
     const auto [r, slope] = radius(theta);
-    return Shown{{r * direction.x / aside, r * direction.y / aside}, r * slope / std::sin(theta)};
+    return Projected{{r * direction.x / aside, r * direction.y / aside},
+                     r * slope / std::sin(theta)};
   }
   if (!(direction.z > 0)) {
     return std::nullopt;
@@ -70,16 +71,16 @@ std::optional<Distortion::Shown> Distortion::shown(Place direction) const noexce
   const Point p = {direction.x / direction.z, direction.y / direction.z};
   const Local here = local(p);
   // Other directions that the polynomials move to the same point are not shown.
-  const Seen back = seen(here.at);
+  const Unprojected back = unproject(here.at);
   const Point found = {back.direction.x, back.direction.y};
   constexpr double kSame = 1e-6;
   if (!back.is_shown || !(norm(minus(found, p)) <= kSame * (1 + norm(p)))) {
     return std::nullopt;
   }
-  return Shown{here.at, here.determinant()};
+  return Projected{here.at, here.determinant()};
 }
 
-Distortion::Seen Distortion::seen(Point at) const noexcept {
+Distortion::Unprojected Distortion::unproject(Point at) const noexcept {
   if (!is_fisheye_) {
     return undistorted(at);
   }
@@ -106,7 +107,7 @@ Distortion::Seen Distortion::seen(Point at) const noexcept {
 
 /// Newton's method from the principal point, around which every lens is nearly undistorted. A step
 /// is shortened until it comes nearer without crossing the fold, where the determinant is 0.
-Distortion::Seen Distortion::undistorted(Point at) const noexcept {
+Distortion::Unprojected Distortion::undistorted(Point at) const noexcept {
   constexpr int kStepsMost = 64;
   constexpr double kShortest = 1e-6;
   Point p;

@@ -34,20 +34,20 @@ class Distortion {
     double x = 0;
     double y = 0;
   };
-  struct Shown {
+  struct Projected {
     Point at;
     /// Areas of the image per area of the undistorted image (fisheye: per solid angle).
     double scale = 1;
   };
   /// direction: of any length. Empty if it is not shown.
-  std::optional<Shown> shown(Place direction) const noexcept;
+  std::optional<Projected> project(Place direction) const noexcept;
 
-  struct Seen {
+  struct Unprojected {
     Place direction;       ///< not of unit length; opencv: z is 1
     bool is_shown = true;  ///< false: the point shows nothing; this direction is shown near it
   };
-  /// Inverse of shown(), to kTolerance.
-  Seen seen(Point at) const noexcept;
+  /// Inverse of project(), to kTolerance.
+  Unprojected unproject(Point at) const noexcept;
 
   static constexpr double kTolerance = 1e-10;  ///< focal lengths
 
@@ -61,7 +61,7 @@ class Distortion {
   Local local(Point p) const noexcept;
   /// Returns the distance at this angle from ahead, and its derivative.
   Point radius(double theta) const noexcept;
-  Seen undistorted(Point at) const noexcept;
+  Unprojected undistorted(Point at) const noexcept;
 
   bool is_fisheye_ = false;
   std::array<double, 12> k_{};

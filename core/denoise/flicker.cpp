@@ -16,17 +16,17 @@ namespace {
 constexpr int kTile = 32;
 
 /// One pixel of a frame, as errors are measured.
-struct Seen {
+struct FramePixel {
   ColorSum a;
   ColorSum b;
   ColorSum shown_a;
   ColorSum shown_b;
 };
-Seen seen_at(const ShownFrame& frame, std::size_t i) {
+FramePixel frame_pixel(const ShownFrame& frame, std::size_t i) {
   const auto [a, b] = error_halves(*frame.film, i);
   const DenoisedPicture& picture = *frame.picture;
   const float white = picture.full_alpha.empty() ? 0 : 1 - picture.full_alpha[i];
-  Seen out;
+  FramePixel out;
   for (std::size_t c = 0; c < 3; ++c) {
     out.a[c] = static_cast<double>(a.mean[static_cast<int>(c)]);
     out.b[c] = static_cast<double>(b.mean[static_cast<int>(c)]);
@@ -75,8 +75,8 @@ Flicker flicker(const ShownFrame& now, const ShownFrame& other, const FrameMatch
       if (match.source[i] < 0) {
         continue;
       }
-      const Seen here = seen_at(now, i);
-      const Seen there = seen_at(other, static_cast<std::size_t>(match.source[i]));
+      const FramePixel here = frame_pixel(now, i);
+      const FramePixel there = frame_pixel(other, static_cast<std::size_t>(match.source[i]));
       const ColorSum shown_a = difference(here.shown_a, there.shown_a);
       const ColorSum shown_b = difference(here.shown_b, there.shown_b);
       ColorSum mean;

@@ -36,77 +36,22 @@ SampleCounts counts_of(const TileState& state, int replicates) {
   return out;
 }
 
-/// Returns the tiles of the full film: those that overlap the crop first, then the others.
-std::vector<PixelRect> units_of(const FilmSettings& settings, const std::vector<PixelRect>& tiles) {
-  const std::vector<PixelRect> all = tile_rects({0, 0, settings.width, settings.height});
-  const int columns = (settings.width + kTileSize - 1) / kTileSize;
-  std::vector<bool> is_taken(all.size());
-  std::vector<PixelRect> units;
-  units.reserve(all.size());
-  for (const PixelRect& tile : tiles) {
-    const auto i = static_cast<std::size_t>(tile.y / kTileSize * columns + tile.x / kTileSize);
-    units.push_back(all[i]);
-    is_taken[i] = true;
-  }
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!is_taken[i]) {
-      units.push_back(all[i]);
-    }
-  }
-  return units;
-}
-
 }  // namespace
 
-std::vector<PixelRect> tile_rects(PixelRect crop) {
-  std::vector<PixelRect> rects;
-  const int x1 = crop.x + crop.width;
-  const int y1 = crop.y + crop.height;
-  for (int y = crop.y - crop.y % kTileSize; y < y1; y += kTileSize) {
-    for (int x = crop.x - crop.x % kTileSize; x < x1; x += kTileSize) {
-      const int left = std::max(x, crop.x);
-      const int top = std::max(y, crop.y);
-      rects.push_back(
-          {left, top, std::min(x + kTileSize, x1) - left, std::min(y + kTileSize, y1) - top});
-    }
-  }
-  return rects;
-}
-
-Film::Film(const FilmSettings& settings, int replicates, PixelErrors errors, bool has_splats)
-    : crop_(settings.crop.value_or(PixelRect{0, 0, settings.width, settings.height})),
-      full_width_(settings.width),
-      full_height_(settings.height),
-      replicates_(replicates),
-      recorded_(parts_asked_for(settings)),
-      has_splats_(has_splats),
-      shares_(settings.shares),
-      errors_(errors),
-      over_white_(settings.errors_over_white),
-      rects_(tile_rects(crop_)),
-      unit_rects_(has_splats ? units_of(settings, rects_) : rects_),
-      tiles_(rects_.size()) {
-  for (std::size_t i = 0; i < rects_.size(); ++i) {
+Film::Film(FilmShape shape) : FilmShape(std::move(shape)) {
+  MutexLock lock(mutex_);
+  tiles_.resize(tile_rects().size());
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
     TileState empty;
-    empty.rect = rects_[i];
+    empty.rect = tile_rects()[i];
     tiles_[i].state = std::make_shared<const TileState>(std::move(empty));
   }
-  if (has_splats) {
-    MutexLock lock(mutex_);
-    splats_.light_samples.resize(unit_rects_.size());
-    splats_.light_paths.resize(static_cast<std::size_t>(replicates));
-    splats_.tiles.resize(rects_.size());
+  if (has_splats()) {
+    splats_.light_samples.resize(static_cast<std::size_t>(unit_count()));
+    splats_.light_paths.resize(static_cast<std::size_t>(replicates()));
+    splats_.tiles.resize(tiles_.size());
   }
-}
-
-Film::Film(const RenderSettings& settings, PixelErrors errors, bool has_splats)
-    : Film(settings.film, settings.replicates, errors, has_splats) {
-  adaptive_ = settings.adaptive.type;
-  fit_ = fit_type(settings);
-  meter_points_ = settings.meter.count();
-  meter_chunk_count_ = static_cast<int>(meter_chunks(meter_points_));
-  MutexLock lock(mutex_);
-  meter_.resize(static_cast<std::size_t>(meter_chunk_count_));
+  meter_.resize(static_cast<std::size_t>(meter_chunk_count()));
 }
 
 TileState Film::tile(int tile) const {
@@ -135,12 +80,12 @@ std::uint32_t Film::tile_revision(int tile) const {
 std::uint32_t Film::commit(int tile, TileState state) { return commit(tile, std::move(state), {}); }
 
 std::uint32_t Film::commit(int tile, TileState state, const LightBatch& light) {
-  const SampleCounts counts = counts_of(state, replicates_);
+  const SampleCounts counts = counts_of(state, replicates());
   auto next = std::make_shared<const TileState>(std::move(state));
   MutexLock lock(mutex_);
   add_light(light);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  if (!has_splats_) {
+  if (!has_splats()) {
     slot.light.reset();
   }
   std::swap(slot.state, next);
@@ -166,10 +111,10 @@ void Film::add_light(const LightBatch& light) {
     return;
   }
   add_splats(splat_layout(), light, splats_.tiles);
-  for (int k = 0; k < replicates_; ++k) {
+  for (int k = 0; k < replicates(); ++k) {
     splats_.light_paths[static_cast<std::size_t>(k)] +=
-        area(unit_rect(light.unit)) * (samples_of_replicate(light.last_sample, replicates_, k) -
-                                       samples_of_replicate(light.first_sample, replicates_, k));
+        area(unit_rect(light.unit)) * (samples_of_replicate(light.last_sample, replicates(), k) -
+                                       samples_of_replicate(light.first_sample, replicates(), k));
   }
   splats_.light_samples[static_cast<std::size_t>(light.unit)] = light.last_sample;
   splats_.rejected_samples += light.rejected_samples;
@@ -183,7 +128,7 @@ std::size_t Film::splats_of(int tile) const noexcept {
 
 double Film::paths_per_pixel(std::size_t replicate) const {
   return static_cast<double>(splats_.light_paths[replicate]) /
-         (static_cast<double>(full_width_) * full_height_);
+         (static_cast<double>(full_width()) * full_height());
 }
 
 int Film::light_samples(int unit) const {
@@ -202,7 +147,8 @@ std::vector<std::uint32_t> Film::publish_splats() {
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const auto state = shown_tile(tile);
-    const TileLight light = tile_light(state->rect, state->pixels, replicates_, over_white_);
+    const TileLight light =
+        tile_light(state->rect, state->pixels, replicates(), errors_over_white());
     MutexLock lock(mutex_);
     Slot& slot = tiles_[static_cast<std::size_t>(tile)];
     slot.light = light;
@@ -229,22 +175,23 @@ void Film::restore_splats(SplatState state) {
   {
     MutexLock lock(mutex_);
     splats_ = std::move(state);
-    splats_.light_samples.resize(unit_rects_.size());
+    splats_.light_samples.resize(static_cast<std::size_t>(unit_count()));
   }
   for (int tile = 0; tile < tile_count(); ++tile) {
     const auto shown = shown_tile(tile);
-    const TileLight light = tile_light(shown->rect, shown->pixels, replicates_, over_white_);
+    const TileLight light =
+        tile_light(shown->rect, shown->pixels, replicates(), errors_over_white());
     MutexLock lock(mutex_);
     tiles_[static_cast<std::size_t>(tile)].light = light;
   }
 }
 
 std::shared_ptr<const TileState> Film::shown_tile(int tile) const {
-  if (!has_splats_) {
+  if (!has_splats()) {
     return tile_state(tile);
   }
   TileState state = this->tile(tile);
-  const auto r = static_cast<std::size_t>(replicates_);
+  const auto r = static_cast<std::size_t>(replicates());
   MutexLock lock(mutex_);
   const std::vector<SplatPixel>& splats = splats_.tiles[static_cast<std::size_t>(tile)];
   for (std::size_t i = 0; !splats.empty() && i < state.pixels.size(); ++i) {
@@ -292,18 +239,18 @@ SampleCounts Film::sample_counts() const {
     out.max = std::max(out.max, slot.counts.max);
     out.sum += slot.counts.sum;
   }
-  out.mean = static_cast<double>(out.sum) / static_cast<double>(area(crop_));
+  out.mean = static_cast<double>(out.sum) / static_cast<double>(area(crop()));
   return out;
 }
 
 TileSums Film::sums_of(int tile, double floor) const {
   const auto shown = shown_tile(tile);
-  return core::half_sums(shown->rect, shown->pixels, replicates_, floor, over_white_);
+  return core::half_sums(shown->rect, shown->pixels, replicates(), floor, errors_over_white());
 }
 
 std::vector<TileSums> Film::half_sums() const {
   std::vector<TileSums> out;
-  out.reserve(rects_.size());
+  out.reserve(tile_rects().size());
   const double floor = error_floor();
   for (int tile = 0; tile < tile_count(); ++tile) {
     out.push_back(sums_of(tile, floor));
@@ -314,20 +261,20 @@ std::vector<TileSums> Film::half_sums() const {
 TileSums Film::half_sums(int tile) const { return sums_of(tile, error_floor()); }
 
 double Film::error_floor() const {
-  std::vector<TileLight> lights(rects_.size());
+  std::vector<TileLight> lights(tile_rects().size());
   std::vector<std::pair<std::size_t, std::shared_ptr<const TileState>>> due;
   {
     MutexLock lock(mutex_);
     for (std::size_t t = 0; t < tiles_.size(); ++t) {
       if (tiles_[t].light) {
         lights[t] = *tiles_[t].light;
-      } else if (!has_splats_) {
+      } else if (!has_splats()) {
         due.emplace_back(t, tiles_[t].state);
       }
     }
   }
   for (const auto& [t, state] : due) {
-    lights[t] = tile_light(state->rect, state->pixels, replicates_, over_white_);
+    lights[t] = tile_light(state->rect, state->pixels, replicates(), errors_over_white());
   }
   if (!due.empty()) {
     MutexLock lock(mutex_);
@@ -357,10 +304,10 @@ std::uint32_t Film::revision() const {
 }
 
 void Film::restore(int tile, TileState state, std::uint32_t tile_revision) {
-  const SampleCounts counts = counts_of(state, replicates_);
+  const SampleCounts counts = counts_of(state, replicates());
   MutexLock lock(mutex_);
   Slot& slot = tiles_[static_cast<std::size_t>(tile)];
-  if (!has_splats_) {
+  if (!has_splats()) {
     slot.light.reset();
   }
   slot.state = std::make_shared<const TileState>(std::move(state));
@@ -416,20 +363,10 @@ double Film::cpu_seconds_beside() const {
   return cpu_seconds_beside_;
 }
 
-std::size_t Film::bytes() const noexcept {
-  const std::size_t splat_bytes = has_splats() ? static_cast<std::size_t>(replicates_) *
-                                                     (1 + shares_.size()) * sizeof(SplatPixel)
-                                               : 0;
-  const auto of_value = [](const auto& plane) { return value_bytes(plane); };
-  return area(crop_) * (pixel_bytes(shape_of(*this), of_value) + splat_bytes) +
-         rects_.size() * (sizeof(Slot) + sizeof(PixelRect)) +
-         meter_points_ * kMeterReplicates * sizeof(MeterSum);
-}
-
 std::string Film::digest() const {
   Sha256 hash;
-  const std::int32_t header[] = {crop_.x,     crop_.y,      crop_.width, crop_.height,
-                                 full_width_, full_height_, replicates_, has_aux() ? 1 : 0};
+  const std::int32_t header[] = {crop().x,     crop().y,      crop().width, crop().height,
+                                 full_width(), full_height(), replicates(), has_aux() ? 1 : 0};
   hash.add(header, sizeof(header));
   MutexLock lock(mutex_);
   for (const Slot& slot : tiles_) {

@@ -27,6 +27,7 @@
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/color/rgb.h"
+#include "core/film/film_shape.h"
 #include "core/film/half_sums.h"
 #include "core/film/label_pixel.h"
 #include "core/film/meter_chunk.h"
@@ -58,25 +59,6 @@ struct PathSample {
   float depth_m = 0;
   bool hit = false;
   FitSample fit;  ///< for fitted control variates; radiance does not include its control
-};
-
-/// The Cryptomatte layers of a film, in this order.
-struct MatteKinds {
-  bool object = false;
-  bool material = false;
-  std::size_t count() const noexcept { return std::size_t{object} + std::size_t{material}; }
-  friend bool operator==(const MatteKinds&, const MatteKinds&) = default;
-};
-
-/// The optional parts of a film, which the settings ask for; rows in core/film/tile_planes.h.
-struct RecordedParts {
-  bool aux = false;     ///< albedo, normal or depth
-  bool labels = false;  ///< first-hit ids, position, texture coordinates or motion
-  bool object_mattes = false;
-  bool material_mattes = false;
-  bool z_depth = false;
-  MatteKinds matte_kinds() const noexcept { return {object_mattes, material_mattes}; }
-  friend bool operator==(const RecordedParts&, const RecordedParts&) = default;
 };
 
 /// Statistics of one tile. Copyable: a slice works on a copy and commits it.
@@ -144,37 +126,14 @@ struct FilmSnapshot {
 };
 
 /// Thread-safe. Any thread may read; only the thread that holds a tile's slice writes the tile.
-class Film {
+class Film : public FilmShape {
  public:
-  /// Allocates plans, pilot samples and fits if the settings ask for them. errors: whether samples
-  /// correlate the errors of neighbouring pixels. make_film() gives both of a job's integrator.
-  Film(const RenderSettings& settings, PixelErrors errors, bool has_splats);
-  /// For films from a file or a merge, which have no plans, pilot samples or fits.
+  explicit Film(FilmShape shape);
+  Film(const RenderSettings& settings, PixelErrors errors, bool has_splats)
+      : Film(FilmShape(settings, errors, has_splats)) {}
   Film(const FilmSettings& settings, int replicates, PixelErrors errors = PixelErrors::kIndependent,
-       bool has_splats = false);
-
-  PixelRect crop() const noexcept { return crop_; }
-  int full_width() const noexcept { return full_width_; }
-  int full_height() const noexcept { return full_height_; }
-  int replicates() const noexcept { return replicates_; }
-  const RecordedParts& recorded() const noexcept { return recorded_; }
-  bool has_aux() const noexcept { return recorded_.aux; }
-  PixelErrors errors() const noexcept { return errors_; }
-  bool errors_over_white() const noexcept { return over_white_; }
-  bool has_plan() const noexcept { return adaptive_ != AdaptiveType::kNone; }
-  bool has_pilot() const noexcept { return adaptive_ == AdaptiveType::kPilot; }
-  bool has_splats() const noexcept { return has_splats_; }
-  bool has_fit() const noexcept { return fit_ != FitType::kNone; }
-  const std::vector<LightShare>& shares() const noexcept { return shares_; }
-  bool has_labels() const noexcept { return recorded_.labels; }
-  MatteKinds matte_kinds() const noexcept { return recorded_.matte_kinds(); }
-  int tile_count() const noexcept { return static_cast<int>(rects_.size()); }
-  PixelRect tile_rect(int tile) const noexcept { return rects_[static_cast<std::size_t>(tile)]; }
-  /// Units of light samples; equal to the tiles if the film has no splats.
-  int unit_count() const noexcept { return static_cast<int>(unit_rects_.size()); }
-  PixelRect unit_rect(int unit) const noexcept {
-    return unit_rects_[static_cast<std::size_t>(unit)];
-  }
+       bool has_splats = false)
+      : Film(FilmShape(settings, replicates, errors, has_splats)) {}
 
   TileState tile(int tile) const;
   int tile_samples(int tile) const;
@@ -194,15 +153,8 @@ class Film {
   SplatState splats() const;
   /// Returns the job's meter; empty if it has none.
   std::vector<MeterChunk> meter() const;
-  int meter_chunk_count() const noexcept { return meter_chunk_count_; }
   MeterChunk meter_chunk(int chunk) const;
   void commit_meter(int chunk, MeterChunk state);
-  std::size_t meter_points() const noexcept { return meter_points_; }
-  /// Returns the number of sums of a chunk that has samples.
-  std::size_t meter_sums(int chunk) const noexcept {
-    const std::size_t first = static_cast<std::size_t>(chunk) * kMeterChunk;
-    return std::min<std::size_t>(kMeterChunk, meter_points_ - first) * kMeterReplicates;
-  }
   void restore_splats(SplatState state);
   /// Returns a tile whose means include its splats. In films without splats, a tile without samples
   /// has no pixels.
@@ -226,10 +178,10 @@ class Film {
   /// For loading a film only: later commits continue above `revision`.
   void restore(int tile, TileState state, std::uint32_t tile_revision);
 
-  enum class Parts : std::uint8_t { kAll, kLight };  ///< kLight: `pixels` and `shares` alone
+  enum class Planes : std::uint8_t { kAll, kLight };  ///< kLight: `pixels` and `shares` alone
   /// Pre: rect lies inside crop().
-  FilmSnapshot snapshot(PixelRect rect, Parts parts = Parts::kAll) const;
-  FilmSnapshot snapshot() const { return snapshot(crop_); }
+  FilmSnapshot snapshot(PixelRect rect, Planes planes = Planes::kAll) const;
+  FilmSnapshot snapshot() const { return snapshot(crop()); }
 
   std::uint64_t rejected_samples() const;
   std::uint64_t rays() const;
@@ -237,7 +189,6 @@ class Film {
   double cpu_seconds() const;
   void add_cpu_seconds(double seconds);  ///< for work other than samples
   double cpu_seconds_beside() const;
-  std::size_t bytes() const noexcept;
 
   /// Returns the sha256 (hex) of the exact content: geometry, counts, means, M2 and auxiliary
   /// values, but not ray counts or CPU seconds.
@@ -246,7 +197,7 @@ class Film {
  private:
   void add_light(const LightBatch& light) REQUIRES(mutex_);
   SplatLayout splat_layout() const noexcept {
-    return {crop_, rects_, replicates_, 1 + shares_.size()};
+    return {crop(), tile_rects(), replicates(), 1 + shares().size()};
   }
   std::size_t splats_of(int tile) const noexcept;
   std::shared_ptr<const TileState> tile_state(int tile) const;
@@ -254,6 +205,7 @@ class Film {
   void add_folded_splats(std::size_t tile, FilmSnapshot& out) const REQUIRES(mutex_);
   double paths_per_pixel(std::size_t replicate) const REQUIRES(mutex_);
   TileSums sums_of(int tile, double floor) const;
+  friend class FilmShape;  // counts slots
   struct Slot {
     /// Never null and never modified, so it can be copied without the lock.
     std::shared_ptr<const TileState> state;
@@ -264,21 +216,6 @@ class Film {
     std::uint32_t revision = 0;
     std::uint64_t version = 0;
   };
-  PixelRect crop_;
-  int full_width_;
-  int full_height_;
-  int replicates_;
-  RecordedParts recorded_;
-  bool has_splats_;
-  std::vector<LightShare> shares_;
-  PixelErrors errors_;
-  bool over_white_;
-  AdaptiveType adaptive_ = AdaptiveType::kNone;
-  FitType fit_ = FitType::kNone;
-  std::vector<PixelRect> rects_;
-  std::vector<PixelRect> unit_rects_;
-  std::size_t meter_points_ = 0;
-  int meter_chunk_count_ = 0;
   mutable Mutex mutex_;
   mutable std::vector<Slot> tiles_ GUARDED_BY(mutex_);
   std::uint32_t revision_ GUARDED_BY(mutex_) = 0;
@@ -296,9 +233,6 @@ void add_shares(std::span<Rgb> means, std::span<const Rgb> sample, std::uint32_t
 /// Returns the snapshot with a share as its image; spreads within replicates are unknown then.
 /// Empty if no share belongs to that layer.
 std::optional<FilmSnapshot> share_of(const FilmSnapshot& film, std::string_view layer);
-
-/// Returns the tiles that cover `crop`, row by row.
-std::vector<PixelRect> tile_rects(PixelRect crop);
 
 /// Returns the half's value at index `pixel` of the snapshot.
 inline HalfValue half_value(const FilmSnapshot& film, std::size_t pixel, int half) {

@@ -63,10 +63,10 @@ void Film::add_folded_splats(std::size_t tile, FilmSnapshot& out) const {
   if (splats.empty() || tiles_[tile].state->pixels.empty()) {
     return;
   }
-  const auto r = static_cast<std::size_t>(replicates_);
-  const std::size_t shares = shares_.size();
+  const auto r = static_cast<std::size_t>(replicates());
+  const std::size_t shares = this->shares().size();
   const std::size_t plane = tiles_[tile].state->pixels.size();
-  for_each_run(rects_[tile], out.rect, [&](const Run& run) {
+  for_each_run(tile_rects()[tile], out.rect, [&](const Run& run) {
     for (std::size_t i = 0; i < run.count * r; ++i) {
       const std::size_t from = run.from * r + i;
       ReplicatePixel& pixel = out.pixels[run.to * r + i];
@@ -81,20 +81,20 @@ void Film::add_folded_splats(std::size_t tile, FilmSnapshot& out) const {
   });
 }
 
-FilmSnapshot Film::snapshot(PixelRect rect, Parts parts) const {
+FilmSnapshot Film::snapshot(PixelRect rect, Planes planes) const {
   FilmSnapshot out;
   out.rect = rect;
   const std::size_t pixels = out.pixel_count();
-  out.replicates = replicates_;
-  out.recorded = parts == Parts::kAll ? recorded_ : RecordedParts();
-  out.has_splats = has_splats_;
-  out.errors = errors_;
-  out.errors_over_white = over_white_;
+  out.replicates = replicates();
+  out.recorded = planes == Planes::kAll ? recorded() : RecordedParts();
+  out.has_splats = has_splats();
+  out.errors = errors();
+  out.errors_over_white = errors_over_white();
   TileShape shape = shape_of(*this);
   shape.recorded = out.recorded;
   for_each_kept_plane(
       [&](const auto& plane) { (out.*plane.in_snapshot).resize(pixels * plane.per_pixel(shape)); });
-  for (const LightShare& share : shares_) {
+  for (const LightShare& share : shares()) {
     out.share_layers.push_back(share.layer);
   }
   std::vector<std::shared_ptr<const TileState>> states;
@@ -102,11 +102,11 @@ FilmSnapshot Film::snapshot(PixelRect rect, Parts parts) const {
     MutexLock lock(mutex_);
     out.revision = revision_;
     for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-      if (meet(rects_[tile], rect)) {
+      if (meet(tile_rects()[tile], rect)) {
         states.push_back(tiles_[tile].state);
       }
     }
-    if (has_splats_) {  // sums of the whole film change with every commit
+    if (has_splats()) {  // sums of the whole film change with every commit
       copy_tiles(states, shape, out);
       for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
         add_folded_splats(tile, out);

@@ -119,7 +119,7 @@ SetAside set_aside(FilmSnapshot& film, const PixelRect& counted) {
 TileState calm_tile(const Film& film, int tile) {
   TileState out;
   out.rect = film.tile_rect(tile);
-  FilmSnapshot wide = film.snapshot(with_neighbours(out.rect, film.crop()), Film::Parts::kLight);
+  FilmSnapshot wide = film.snapshot(with_neighbours(out.rect, film.crop()), Film::Planes::kLight);
   set_aside(wide, out.rect);
   const auto replicates = static_cast<std::size_t>(film.replicates());
   for (int y = out.rect.y; y < out.rect.y + out.rect.height; ++y) {

@@ -83,7 +83,7 @@ struct TileShape {
   bool has_fit = false;
 };
 
-inline TileShape shape_of(const Film& film) noexcept {
+inline TileShape shape_of(const FilmShape& film) noexcept {
   return {.replicates = static_cast<std::size_t>(film.replicates()),
           .shares = film.shares().size(),
           .recorded = film.recorded(),

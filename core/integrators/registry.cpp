@@ -11,15 +11,6 @@
 
 namespace core {
 
-// Each is defined with its integrator.
-std::unique_ptr<const Integrator> make_path_tracer(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_direct(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_light_tracer(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_bdpt(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_metropolis(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_photon_tracer(const IntegratorInput& input);
-std::unique_ptr<const Integrator> make_irradiance_cache(const IntegratorInput& input);
-
 namespace {
 
 constexpr std::array kErrorValidities = {
@@ -33,74 +24,33 @@ constexpr std::array kErrorValidities = {
                               "images of an eighth of its samples."},
 };
 
-constexpr std::array<std::string_view, 16> kPathOptions = {
-    "/integrator/caustics",
-    "/integrator/max_depth",
-    "/estimator/strategy",
-    "/estimator/mis",
-    "/estimator/roulette",
-    "/estimator/splitting",
-    "/estimator/control_variate",
-    "/estimator/expected_values",
-    "/sampler/type",
-    "/sampler/replicates",
-    "/light_sampler",
-    "/adaptive",
-    "/medium",
-    "/spectral",
-    "/shutter_seconds",
-    kThroughGlass,
-};
-constexpr std::array<std::string_view, 6> kDirectOptions = {
-    "/sampler/type", "/sampler/replicates", "/adaptive",
-    "/spectral",     "/shutter_seconds",    kThroughGlass};
-constexpr std::array<std::string_view, 3> kLightTraceOptions = {
-    "/integrator/max_depth", "/sampler/type", "/sampler/replicates"};
-constexpr std::array<std::string_view, 5> kBdptOptions = {
-    "/integrator/max_depth", "/sampler/type", "/sampler/replicates", "/medium", kThroughGlass};
-constexpr std::array<std::string_view, 6> kAutomaticOptions = {"/integrator/max_depth",
-                                                               "/sampler/type",
-                                                               "/sampler/replicates",
-                                                               "/medium",
-                                                               "/spectral",
-                                                               kThroughGlass};
-constexpr std::array<std::string_view, 2> kMltOptions = {"/integrator/max_depth",
-                                                         "/sampler/replicates"};
-constexpr std::array<std::string_view, 7> kSppmOptions = {
-    "/integrator/max_depth", "/integrator/photons", "/integrator/radius_m", "/integrator/alpha",
-    "/sampler/type",         "/sampler/replicates", kThroughGlass};
-constexpr std::array<std::string_view, 8> kMergingOptions = {"/integrator/max_depth",
-                                                             "/integrator/photons",
-                                                             "/integrator/radius_m",
-                                                             "/integrator/alpha",
-                                                             "/sampler/type",
-                                                             "/sampler/replicates",
-                                                             "/medium",
-                                                             kThroughGlass};
-constexpr std::array<std::string_view, 7> kPhotonMapOptions = {"/integrator/max_depth",
-                                                               "/integrator/photons",
-                                                               "/integrator/radius_m",
-                                                               "/integrator/final_gather",
-                                                               "/sampler/type",
-                                                               "/sampler/replicates",
-                                                               kThroughGlass};
-constexpr std::array<std::string_view, 7> kCacheOptions = {
-    "/integrator/max_depth", "/integrator/tolerance", "/integrator/rays", "/integrator/records",
-    "/sampler/type",         "/sampler/replicates",   kThroughGlass};
+}  // namespace
+
+/// A function of this name, which the integrator's file defines in core.
+#define MADE_BY(make_it)                                                  \
+  [](const IntegratorInput& input) -> std::unique_ptr<const Integrator> { \
+    std::unique_ptr<const Integrator> make_it(const IntegratorInput&);    \
+    return make_it(input);                                                \
+  }
 
 constexpr std::array kIntegrators = {
-    IntegratorEntry{.name = "path",
-                    .summary = "Path tracing with next-event estimation and BSDF sampling combined "
-                               "by MIS.",
-                    .bias = "none",
-                    .error = ErrorValidity::kValid,
-                    .make = &make_path_tracer,
-                    .accepts = kPathOptions,
-                    .shares = true,
-                    .set_defaults =
-                        [](RenderSettings& settings) {
-                          settings.estimator.splitting = SplittingType::kMeasured;
-                        }},
+    IntegratorEntry{
+        .name = "path",
+        .summary = "Path tracing with next-event estimation and BSDF sampling combined "
+                   "by MIS.",
+        .bias = "none",
+        .error = ErrorValidity::kValid,
+        .make = MADE_BY(make_path_tracer),
+        .accepts = {"/integrator/caustics", "/integrator/max_depth", "/estimator/strategy",
+                    "/estimator/mis", "/estimator/roulette", "/estimator/splitting",
+                    "/estimator/control_variate", "/estimator/expected_values", "/sampler/type",
+                    "/sampler/replicates", "/light_sampler", "/adaptive", "/medium", "/spectral",
+                    "/shutter_seconds", kThroughGlass},
+        .shares = true,
+        .set_defaults =
+            [](RenderSettings& settings) {
+              settings.estimator.splitting = SplittingType::kMeasured;
+            }},
     IntegratorEntry{
         .name = kCausticsIntegrator,
         .summary = "Path tracing, and photons of caustics: of light that smooth surfaces alone "
@@ -108,8 +58,10 @@ constexpr std::array kIntegrators = {
                    "other light.",
         .bias = "consistent",
         .error = ErrorValidity::kByComparison,
-        .make = &make_bdpt,
-        .accepts = kMergingOptions,
+        .make = MADE_BY(make_bdpt),
+        .accepts = {"/integrator/max_depth", "/integrator/photons", "/integrator/radius_m",
+                    "/integrator/alpha", "/sampler/type", "/sampler/replicates", "/medium",
+                    kThroughGlass},
         .disperses = false,
         .prepass_bytes = &merged_photon_bytes,
         .compared_with = "bdpt"},
@@ -118,8 +70,9 @@ constexpr std::array kIntegrators = {
         .summary = "Emitted and direct light only: the path tracer's image at max_depth 1.",
         .bias = "none",
         .error = ErrorValidity::kValid,
-        .make = &make_direct,
-        .accepts = kDirectOptions,
+        .make = MADE_BY(make_direct),
+        .accepts = {"/sampler/type", "/sampler/replicates", "/adaptive", "/spectral",
+                    "/shutter_seconds", kThroughGlass},
         .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
     IntegratorEntry{
         .name = "light-trace",
@@ -127,16 +80,17 @@ constexpr std::array kIntegrators = {
                    "to the camera. For caustics; mirrors and glass are path traced.",
         .bias = "none",
         .error = ErrorValidity::kValid,
-        .make = &make_light_tracer,
-        .accepts = kLightTraceOptions,
+        .make = MADE_BY(make_light_tracer),
+        .accepts = {"/integrator/max_depth", "/sampler/type", "/sampler/replicates"},
         .splats = true},
     IntegratorEntry{.name = "bdpt",
                     .summary = "Bidirectional path tracing: subpaths from the camera and the "
                                "lights, connected in all ways and combined by MIS.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
-                    .make = &make_bdpt,
-                    .accepts = kBdptOptions,
+                    .make = MADE_BY(make_bdpt),
+                    .accepts = {"/integrator/max_depth", "/sampler/type", "/sampler/replicates",
+                                "/medium", kThroughGlass},
                     .splats = true,
                     .shares = true,
                     .strategies = true},
@@ -146,8 +100,8 @@ constexpr std::array kIntegrators = {
                    "stay where light is found. For light through a keyhole.",
         .bias = "none",
         .error = ErrorValidity::kFromChains,
-        .make = &make_metropolis,
-        .accepts = kMltOptions,
+        .make = MADE_BY(make_metropolis),
+        .accepts = {"/integrator/max_depth", "/sampler/replicates"},
         .splats = true},
     IntegratorEntry{.name = "photon-map",
                     .summary = "Photon mapping: photons from the lights, gathered within a fixed "
@@ -155,8 +109,10 @@ constexpr std::array kIntegrators = {
                                "one more reflection. The blur does not decrease with more samples.",
                     .bias = "biased",
                     .error = ErrorValidity::kByComparison,
-                    .make = &make_photon_tracer,
-                    .accepts = kPhotonMapOptions,
+                    .make = MADE_BY(make_photon_tracer),
+                    .accepts = {"/integrator/max_depth", "/integrator/photons",
+                                "/integrator/radius_m", "/integrator/final_gather", "/sampler/type",
+                                "/sampler/replicates", kThroughGlass},
                     .disperses = false,
                     .prepass_bytes = &photon_bytes,
                     .compared_with = "bdpt"},
@@ -167,8 +123,9 @@ constexpr std::array kIntegrators = {
             "radius that shrinks from sample to sample. For caustics behind glass and in mirrors.",
         .bias = "consistent",
         .error = ErrorValidity::kByComparison,
-        .make = &make_photon_tracer,
-        .accepts = kSppmOptions,
+        .make = MADE_BY(make_photon_tracer),
+        .accepts = {"/integrator/max_depth", "/integrator/photons", "/integrator/radius_m",
+                    "/integrator/alpha", "/sampler/type", "/sampler/replicates", kThroughGlass},
         .disperses = false,
         .prepass_bytes = &photon_bytes,
         .compared_with = "bdpt"},
@@ -179,8 +136,10 @@ constexpr std::array kIntegrators = {
                    "in mirrors, beside other light.",
         .bias = "consistent",
         .error = ErrorValidity::kByComparison,
-        .make = &make_bdpt,
-        .accepts = kMergingOptions,
+        .make = MADE_BY(make_bdpt),
+        .accepts = {"/integrator/max_depth", "/integrator/photons", "/integrator/radius_m",
+                    "/integrator/alpha", "/sampler/type", "/sampler/replicates", "/medium",
+                    kThroughGlass},
         .splats = true,
         .disperses = false,
         .prepass_bytes = &merged_photon_bytes,
@@ -192,8 +151,9 @@ constexpr std::array kIntegrators = {
                    "quickly without noise; the blur does not decrease with more samples.",
         .bias = "biased",
         .error = ErrorValidity::kByComparison,
-        .make = &make_irradiance_cache,
-        .accepts = kCacheOptions,
+        .make = MADE_BY(make_irradiance_cache),
+        .accepts = {"/integrator/max_depth", "/integrator/tolerance", "/integrator/rays",
+                    "/integrator/records", "/sampler/type", "/sampler/replicates", kThroughGlass},
         .prepass_bytes = &cache_bytes,
         .keeps_prepass = true,
         .compared_with = "path"},
@@ -204,13 +164,13 @@ constexpr std::array kIntegrators = {
                                "efficient in small pilot images; the job reports which, and why.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
-                    .make = &make_path_tracer,
-                    .accepts = kAutomaticOptions,
+                    .make = MADE_BY(make_path_tracer),
+                    .accepts = {"/integrator/max_depth", "/sampler/type", "/sampler/replicates",
+                                "/medium", "/spectral", kThroughGlass},
                     .splats = true,
                     .shares = true},
 };
-
-}  // namespace
+#undef MADE_BY
 
 std::span<const NamedValue<ErrorValidity>> error_validities() { return kErrorValidities; }
 std::span<const IntegratorEntry> integrators() { return kIntegrators; }
@@ -243,8 +203,7 @@ RenderSettings default_settings(std::string_view integrator, bool has_error_targ
   if (row->set_defaults != nullptr) {
     row->set_defaults(settings);
   }
-  const auto& accepts = row->accepts;
-  if (has_error_target && std::find(accepts.begin(), accepts.end(), "/adaptive") != accepts.end()) {
+  if (has_error_target && row->accepts.has("/adaptive")) {
     settings.adaptive.type = AdaptiveType::kPilot;
   }
   return settings;
@@ -303,8 +262,12 @@ PixelErrors pixel_errors(const RenderSettings& settings) {
              : PixelErrors::kIndependent;
 }
 
+FilmShape film_shape(const RenderSettings& settings) {
+  return {settings, pixel_errors(settings), integrator_splats(settings)};
+}
+
 std::shared_ptr<Film> make_film(const RenderSettings& settings) {
-  return std::make_shared<Film>(settings, pixel_errors(settings), integrator_splats(settings));
+  return std::make_shared<Film>(film_shape(settings));
 }
 
 std::unique_ptr<const Integrator> make_integrator(const IntegratorInput& input) {

@@ -15,6 +15,7 @@
 namespace core {
 
 class Film;
+class FilmShape;
 class Integrator;
 struct IntegratorInput;
 
@@ -82,8 +83,7 @@ RenderSettings default_settings(std::string_view integrator, bool has_error_targ
 inline constexpr std::string_view kThroughGlass = "/background/through_glass";
 /// Returns whether the integrator honours the option.
 inline bool accepts(const IntegratorEntry& integrator, std::string_view option) {
-  return std::find(integrator.accepts.begin(), integrator.accepts.end(), option) !=
-         integrator.accepts.end();
+  return integrator.accepts.has(option);
 }
 /// Returns whether the integrator records this share besides the image.
 bool keeps_share(const IntegratorEntry& integrator, const LightShare& share);
@@ -101,7 +101,9 @@ bool integrator_has_prepass(const RenderSettings& settings);
 /// Returns whether the estimator correlates the errors of neighbouring pixels.
 PixelErrors pixel_errors(const RenderSettings& settings);
 
-/// Makes the film of a job with these settings.
+/// Returns what the film of a job with these settings is like.
+FilmShape film_shape(const RenderSettings& settings);
+/// Makes it.
 std::shared_ptr<Film> make_film(const RenderSettings& settings);
 
 }  // namespace core

@@ -111,18 +111,18 @@ void fill_error(const FilmSnapshot& film, std::span<float> out) {
   std::copy(error.begin(), error.end(), out.begin());
 }
 
-/// Calls write(look, pixel of the denoised image, out) for each pixel; that image is of the whole
-/// film.
+/// Calls write(denoised, pixel of the denoised image, out) for each pixel; that image is of the
+/// whole film.
 template <auto kWrite>
-void fill_denoised(const FilmSnapshot& film, const DenoisedLook& look, std::span<float> out) {
-  const PixelRect& whole = look.picture->rect;
+void fill_denoised(const FilmSnapshot& film, const DenoisedInput& denoised, std::span<float> out) {
+  const PixelRect& whole = denoised.picture->rect;
   const std::size_t channels = out.size() / film.pixel_count();
   std::size_t i = 0;
   for (int y = film.rect.y - whole.y; y < film.rect.y - whole.y + film.rect.height; ++y) {
     for (int x = film.rect.x - whole.x; x < film.rect.x - whole.x + film.rect.width; ++x, ++i) {
       const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) +
                       static_cast<std::size_t>(x);
-      kWrite(look, at, &out[i * channels]);
+      kWrite(denoised, at, &out[i * channels]);
     }
   }
 }
@@ -130,30 +130,30 @@ void fill_denoised(const FilmSnapshot& film, const DenoisedLook& look, std::span
 void put(float* out, const ColorPlanes& planes, std::size_t i) {
   put(out, {planes[0][i], planes[1][i], planes[2][i]});
 }
-void write_denoised(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->planes(look.mode), i);
+void write_denoised(const DenoisedInput& denoised, std::size_t i, float* out) {
+  put(out, denoised.picture->planes(denoised.mode), i);
 }
-void write_denoised_error(const DenoisedLook& look, std::size_t i, float* out) {
-  *out = look.picture->error(look.mode)[i];
+void write_denoised_error(const DenoisedInput& denoised, std::size_t i, float* out) {
+  *out = denoised.picture->error(denoised.mode)[i];
 }
-void write_denoise_bias(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->bias, i);
+void write_denoise_bias(const DenoisedInput& denoised, std::size_t i, float* out) {
+  put(out, denoised.picture->bias, i);
 }
-void write_denoise_bias_error(const DenoisedLook& look, std::size_t i, float* out) {
-  put(out, look.picture->bias_error, i);
+void write_denoise_bias_error(const DenoisedInput& denoised, std::size_t i, float* out) {
+  put(out, denoised.picture->bias_error, i);
 }
-void write_denoised_with_alpha(const DenoisedLook& look, std::size_t i, float* out) {
-  write_denoised(look, i, out);
-  out[3] = bounded(look.picture->alpha(look.mode)[i]);
+void write_denoised_with_alpha(const DenoisedInput& denoised, std::size_t i, float* out) {
+  write_denoised(denoised, i, out);
+  out[3] = bounded(denoised.picture->alpha(denoised.mode)[i]);
 }
 /// Coverage is that of the plain image, unless it was denoised too.
-void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedLook& look,
+void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedInput& denoised,
                           std::span<float> out) {
-  if (!look.picture->alpha(look.mode).empty()) {
-    fill_denoised<&write_denoised_with_alpha>(film, look, out);
+  if (!denoised.picture->alpha(denoised.mode).empty()) {
+    fill_denoised<&write_denoised_with_alpha>(film, denoised, out);
     return;
   }
-  fill_denoised<&write_denoised>(film, look, out);
+  fill_denoised<&write_denoised>(film, denoised, out);
   for (std::size_t i = 0; i < film.pixel_count(); ++i) {
     out[4 * i + 3] = bounded(pixel_value(film, i).alpha);
   }

@@ -8,7 +8,7 @@
 
 namespace core {
 
-struct DenoisedLook;
+struct DenoisedInput;
 struct FilmSnapshot;
 
 /// The layer that is the image.
@@ -37,7 +37,7 @@ struct LayerEntry {
   bool (*is_held)(const FilmSnapshot& film) = nullptr;
   LayerForm form = LayerForm::kValues;
   /// For layers that show a denoised image, which is computed on demand; null: the film suffices.
-  void (*fill_denoised)(const FilmSnapshot& film, const DenoisedLook& look,
+  void (*fill_denoised)(const FilmSnapshot& film, const DenoisedInput& denoised,
                         std::span<float> out) = nullptr;
 };
 std::span<const LayerEntry> layers();

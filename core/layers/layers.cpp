@@ -119,7 +119,7 @@ std::size_t channels_max(const Film& film) {
 }
 
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
-                               const DenoisedLook* look) {
+                               const DenoisedInput* denoised) {
   const LayerEntry* row = find_layer(name);
   if (row == nullptr && light_share(name)) {
     return share_image(film, name);
@@ -131,13 +131,13 @@ Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
     return Error{ErrorCode::kInvalidArgument,
                  "the layer '" + std::string(name) + "' was not recorded by this job", ""};
   }
-  if (row->fill_denoised != nullptr && (look == nullptr || look->picture == nullptr)) {
+  if (row->fill_denoised != nullptr && (denoised == nullptr || denoised->picture == nullptr)) {
     return Error{ErrorCode::kInvalidArgument,
                  "the layer '" + std::string(name) + "' needs a denoised image", ""};
   }
   FloatImage image = blank(film, channels_of(*row));
   if (row->fill_denoised != nullptr) {
-    row->fill_denoised(film, *look, image.values);
+    row->fill_denoised(film, *denoised, image.values);
   } else {
     row->fill(film, image.values);
   }
@@ -202,10 +202,10 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
 
 Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
                                     const std::optional<std::string>& layer,
-                                    const FilmSettings& settings, LayerLook look) {
+                                    const FilmSettings& settings, LayerOptions options) {
   LayerRows rows(film, rect, layer, settings);
-  rows.look_ = std::move(look);
-  if (rows.has_errors() && rows.look_.mix.empty()) {
+  rows.options_ = std::move(options);
+  if (rows.has_errors() && rows.options_.mix.empty()) {
     rows.error_floor_ = film.error_floor();
   } else if (rows.has_errors()) {
     FloorSum light;
@@ -216,8 +216,8 @@ Result<LayerRows> LayerRows::create(const Film& film, PixelRect rect,
     }
     rows.error_floor_ = light.floor();
   }
-  if (rows.look_.denoised.picture != nullptr) {
-    rows.set_aside_ = rows.look_.denoised.picture->set_aside;
+  if (rows.options_.denoised.picture != nullptr) {
+    rows.set_aside_ = rows.options_.denoised.picture->set_aside;
   }
   auto first = rows.band(0, std::min(kBandRows, rect.height));
   if (!first) {
@@ -234,7 +234,7 @@ bool has_fireflies(const std::optional<std::string>& layer) {
 /// The snapshot includes the neighbours of the rect, which bound the light of its border.
 Result<LayerRows::Band> LayerRows::calm_band(const PixelRect& rect) {
   const PixelRect wide = with_neighbours(rect, film_->crop());
-  FilmSnapshot film = snapshot(wide, Film::Parts::kLight);
+  FilmSnapshot film = snapshot(wide, Film::Planes::kLight);
   const bool is_share = light_share(*layer_).has_value();
   if (is_share) {
     auto share = share_of(film, *layer_);
@@ -255,7 +255,7 @@ Result<LayerRows::Band> LayerRows::calm_band(const PixelRect& rect) {
 }
 
 Result<LayerRows::Band> LayerRows::band(int first, int count) {
-  if (look_.sets_aside) {
+  if (options_.sets_aside) {
     return calm_band({rect_.x, rect_.y + first, rect_.width, count});
   }
   // Pixel errors are pooled over neighbours within the image.
@@ -264,7 +264,7 @@ Result<LayerRows::Band> LayerRows::band(int first, int count) {
   FilmSnapshot snapshot =
       this->snapshot({rect_.x, rect_.y + first - above, rect_.width, above + count + below});
   snapshot.error_floor = error_floor_;
-  auto image = layer_ ? layer_image(snapshot, *layer_, &look_.denoised)
+  auto image = layer_ ? layer_image(snapshot, *layer_, &options_.denoised)
                       : Result<FloatImage>(all_layers_image(snapshot, settings_));
   if (!image) {
     return image.error();
@@ -273,10 +273,10 @@ Result<LayerRows::Band> LayerRows::band(int first, int count) {
   return Band{*std::move(image), begin, count};
 }
 
-FilmSnapshot LayerRows::snapshot(PixelRect rect, Film::Parts parts) const {
-  FilmSnapshot out = film_->snapshot(rect, parts);
-  if (!look_.mix.empty()) {
-    mix_shares(out, look_.mix);
+FilmSnapshot LayerRows::snapshot(PixelRect rect, Film::Planes planes) const {
+  FilmSnapshot out = film_->snapshot(rect, planes);
+  if (!options_.mix.empty()) {
+    mix_shares(out, options_.mix);
   }
   return out;
 }

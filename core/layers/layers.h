@@ -22,7 +22,7 @@
 namespace core {
 
 /// The content of layers that show a denoised image.
-struct DenoisedLook {
+struct DenoisedInput {
   std::shared_ptr<const DenoisedPicture> picture;  ///< of the whole film; null if there is none
   DenoiseMode mode = DenoiseMode::kMixed;
 };
@@ -43,7 +43,7 @@ std::size_t channels_max(const Film& film);
 /// Returns layer `name` (a row of layers()) as a float image. Unknown errors are NaN. Errors:
 /// kInvalidArgument if the layer is unknown, was not recorded, or needs a denoised image.
 Result<FloatImage> layer_image(const FilmSnapshot& film, std::string_view name,
-                               const DenoisedLook* look = nullptr);
+                               const DenoisedInput* denoised = nullptr);
 /// Returns all recorded layers as one image for EXR: R G B A of beauty, then channels such as
 /// albedo.R and CryptoObject00.R.
 FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settings);
@@ -54,8 +54,8 @@ FloatImage all_layers_image(const FilmSnapshot& film, const FilmSettings& settin
 void mix_shares(FilmSnapshot& film, std::span<const float> weights);
 
 /// How layers of a film are shown.
-struct LayerLook {
-  DenoisedLook denoised = {};  ///< of the whole film, for layers that show it
+struct LayerOptions {
+  DenoisedInput denoised = {};  ///< of the whole film, for layers that show it
   /// Weights of the film's shares of the light, whose sum replaces the image; empty: the image.
   std::vector<float> mix = {};
   /// Sets fireflies aside (core/film/set_aside.h). Pre: has_fireflies() of the layer.
@@ -72,7 +72,7 @@ class LayerRows {
   /// Borrows the film; settings are the job's. Errors: as layer_image().
   static Result<LayerRows> create(const Film& film, PixelRect rect,
                                   const std::optional<std::string>& layer,
-                                  const FilmSettings& settings, LayerLook look = {});
+                                  const FilmSettings& settings, LayerOptions options = {});
   /// Borrows this object.
   ImageRows rows();
   /// Returns what was set aside in the rows so far, or in the denoised image.
@@ -94,13 +94,13 @@ class LayerRows {
   bool has_errors() const { return !layer_ || *layer_ == "error"; }
   Result<Band> band(int first, int count);
   Result<Band> calm_band(const PixelRect& rect);
-  FilmSnapshot snapshot(PixelRect rect, Film::Parts parts = Film::Parts::kAll) const;
+  FilmSnapshot snapshot(PixelRect rect, Film::Planes planes = Film::Planes::kAll) const;
 
   const Film* film_;
   PixelRect rect_;
   std::optional<std::string> layer_;
   FilmSettings settings_;
-  LayerLook look_;
+  LayerOptions options_;
   SetAside set_aside_;
   double error_floor_ = 0;
   Band band_;

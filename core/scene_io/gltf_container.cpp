@@ -82,6 +82,13 @@ Status check_json(std::string_view json, const GltfLimits& limits) {
   return ok_status();
 }
 
+Status wrong_length(std::size_t length, const std::string& truth, const std::string& remedy,
+                    GltfRepairs& repairs) {
+  return repairs.mended(
+      "container", "",
+      "the GLB says that it has " + std::to_string(length) + " bytes, but " + truth, remedy);
+}
+
 /// Reads chunks to the end of the file, whatever total length the header gives.
 Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& repairs) {
   if (file.size() < kHeaderBytes + kChunkHeaderBytes) {
@@ -92,11 +99,8 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& rep
   }
   const std::size_t length = u32(file, 8);
   if (length > file.size()) {
-    const auto status =
-        repairs.mended("container", "",
-                       "the GLB says that it has " + std::to_string(length) + " bytes, but only " +
-                           std::to_string(file.size()) + " are there",
-                       "its chunks are read as far as they are there");
+    const auto status = wrong_length(length, "only " + std::to_string(file.size()) + " are there",
+                                     "its chunks are read as far as they are there", repairs);
     if (!status) {
       return status.error();
     }
@@ -147,10 +151,8 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& rep
     return invalid("the GLB has no JSON chunk");
   }
   if (length < at) {
-    const auto status = repairs.mended("container", "",
-                                       "the GLB says that it has " + std::to_string(length) +
-                                           " bytes, but its chunks have " + std::to_string(at),
-                                       "all are read");
+    const auto status =
+        wrong_length(length, "its chunks have " + std::to_string(at), "all are read", repairs);
     if (!status) {
       return status.error();
     }

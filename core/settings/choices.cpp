@@ -5,16 +5,7 @@
 namespace core {
 namespace {
 
-constexpr std::array<std::string_view, 2> kReplicateOptions = {"/sampler/replicates",
-                                                               "/sampler/first_replicate"};
-constexpr std::array<std::string_view, 1> kRisOptions = {"/light_sampler/candidates"};
-constexpr std::array<std::string_view, 3> kRestirOptions = {
-    "/light_sampler/block", "/light_sampler/history", "/light_sampler/candidates_per_pixel"};
-constexpr std::array<std::string_view, 1> kPowerOptions = {"/estimator/mis/exponent"};
-constexpr std::array<std::string_view, 1> kThresholdOptions = {"/estimator/roulette/delta"};
-constexpr std::array<std::string_view, 1> kFixedOptions = {"/estimator/splitting/count"};
-constexpr std::array<std::string_view, 3> kPilotOptions = {
-    "/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"};
+constexpr Options kReplicateOptions = {"/sampler/replicates", "/sampler/first_replicate"};
 
 constexpr std::array kSamplers = {
     NamedValue<SamplerType>{"independent", SamplerType::kIndependent,
@@ -64,18 +55,20 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{
         "tree", LightSamplerType::kTree,
         "A light tree, by the estimated contribution of each light at the shaded point."},
-    NamedValue<LightSamplerType>{"ris", LightSamplerType::kRis,
+    NamedValue<LightSamplerType>{"ris",
+                                 LightSamplerType::kRis,
                                  "One of `candidates` from the tree, chosen by its unshadowed "
                                  "contribution (resampled importance "
                                  "sampling).",
-                                 kRisOptions},
+                                 {"/light_sampler/candidates"}},
     NamedValue<LightSamplerType>{
-        "restir", LightSamplerType::kRestir,
+        "restir",
+        LightSamplerType::kRestir,
         "At the first surface, shares light samples between the pixels of a square of `block` by "
         "`block` and between `history` passes, resampled by unshadowed contribution with weights "
         "that keep the result unbiased (reservoir resampling). Errors of neighbouring pixels are "
         "correlated. Sample counts are rounded up to multiples of `history` times the replicates.",
-        kRestirOptions},
+        {"/light_sampler/block", "/light_sampler/history", "/light_sampler/candidates_per_pixel"}},
 };
 
 constexpr std::array kStrategies = {
@@ -89,8 +82,8 @@ constexpr std::array kStrategies = {
 
 constexpr std::array kMisTypes = {
     NamedValue<MisType>{"balance", MisType::kBalance, "Balance heuristic."},
-    NamedValue<MisType>{"power", MisType::kPower, "Power heuristic with `exponent`.",
-                        kPowerOptions},
+    NamedValue<MisType>{
+        "power", MisType::kPower, "Power heuristic with `exponent`.", {"/estimator/mis/exponent"}},
     NamedValue<MisType>{"maximum", MisType::kMaximum,
                         "Maximum heuristic: all weight to the technique with the larger density."},
     NamedValue<MisType>{"optimal", MisType::kOptimal,
@@ -105,18 +98,20 @@ constexpr std::array kRouletteTypes = {
                              "Paths with low throughput are terminated at random: the lower the "
                              "throughput, the more often, and more often after glossy surfaces."},
     NamedValue<RouletteType>{
-        "threshold", RouletteType::kThreshold,
+        "threshold",
+        RouletteType::kThreshold,
         "As `throughput`; also traces shadow rays at random for light samples whose unshadowed "
         "contribution to the pixel is below `delta`, in proportion to it.",
-        kThresholdOptions},
+        {"/estimator/roulette/delta"}},
 };
 
 constexpr std::array kSplittingTypes = {
     NamedValue<SplittingType>{"none", SplittingType::kNone, "One path per camera ray."},
     NamedValue<SplittingType>{
-        "fixed", SplittingType::kFixed,
+        "fixed",
+        SplittingType::kFixed,
         "`count` continuations at the first surface that a camera ray hits, averaged.",
-        kFixedOptions},
+        {"/estimator/splitting/count"}},
     NamedValue<SplittingType>{
         "measured", SplittingType::kMeasured,
         "As `fixed`, with the most efficient count from 1 to 8 for the variances and ray counts "
@@ -170,10 +165,12 @@ constexpr std::array kSpectral = {
 constexpr std::array kAdaptiveTypes = {
     NamedValue<AdaptiveType>{"none", AdaptiveType::kNone,
                              "Every pixel gets the same number of samples."},
-    NamedValue<AdaptiveType>{"pilot", AdaptiveType::kPilot,
-                             "More samples where a pilot finds noise. Pilot samples are never part "
-                             "of the image and take at most a tenth extra; errors are valid.",
-                             kPilotOptions},
+    NamedValue<AdaptiveType>{
+        "pilot",
+        AdaptiveType::kPilot,
+        "More samples where a pilot finds noise. Pilot samples are never part "
+        "of the image and take at most a tenth extra; errors are valid.",
+        {"/adaptive/min_samples", "/adaptive/granularity", "/adaptive/dilation"}},
 };
 
 constexpr std::array kLaboratoryRules = {

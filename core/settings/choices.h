@@ -5,6 +5,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <initializer_list>
 #include <span>
 #include <string_view>
 
@@ -13,8 +16,20 @@
 
 namespace core {
 
-/// JSON pointers of the job's options.
-using Options = std::span<const std::string_view>;
+/// JSON pointers of the job's options, at most 16.
+class Options {
+ public:
+  constexpr Options(std::initializer_list<std::string_view> pointers) : count_(pointers.size()) {
+    std::copy(pointers.begin(), pointers.end(), pointers_.begin());
+  }
+  constexpr const std::string_view* begin() const { return pointers_.data(); }
+  constexpr const std::string_view* end() const { return begin() + count_; }
+  bool has(std::string_view pointer) const { return std::find(begin(), end(), pointer) != end(); }
+
+ private:
+  std::array<std::string_view, 16> pointers_{};
+  std::size_t count_;
+};
 
 /// A value that a request may name.
 template <typename T>

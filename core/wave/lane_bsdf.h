@@ -365,9 +365,16 @@ class BsdfLanes {
     if (walls != nullptr) {
       add_wall(s, *walls, {dielectric, lambert}, e, average);
     }
-    F sum = prob_diffuse_ + prob_specular_;
     if (layers != nullptr) {
       add_top(*layers);
+    }
+    set_probabilities();
+  }
+
+  /// As Bsdf::set_probabilities().
+  [[gnu::always_inline]] void set_probabilities() {
+    F sum = prob_diffuse_ + prob_specular_;
+    if (top_) {
       sum = prob_diffuse_ + prob_specular_ + prob_coat_ + prob_sheen_;
     }
     if (has_below_) {

@@ -145,27 +145,29 @@ template <std::size_t N>
   }
 }
 
-/// Applies the textures to untextured surfaces in the lanes of `on`; returns the lanes that were
-/// completed.
+/// A pair of coordinates after the maps' transform; c: the columns of MapRows::row.
 template <std::size_t N>
-Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
-                   const MapRows<N>& rows, Mask<N> on, LaneHits<N>& out) {
+Vec2s<N> turned(const Floats<N> (&c)[4][4], Vec2s<N> way) {
+  return {c[0][0] * way.x + c[0][1] * way.y, c[0][2] * way.x + c[0][3] * way.y};
+}
+
+/// Where and how wide the maps are read. As in seen() and lookup() of core/materials/shade.cpp.
+template <std::size_t N>
+[[gnu::always_inline]] inline TextureLookups<N> map_lookups(const SegmentLanes<N>& segments,
+                                                            const TriangleLanes<N>& at,
+                                                            const MapRows<N>& rows,
+                                                            const Floats<N> (&c)[4][4],
+                                                            Floats<N> cone_width_m) {
   const Floats<N> zero(0);
   const Floats<N> one(1);
-  Floats<N> c[4][4];
-  transpose_rows(rows.row, c);
-  const auto turned = [&c](Vec2s<N> way) {
-    return Vec2s<N>{c[0][0] * way.x + c[0][1] * way.y, c[0][2] * way.x + c[0][3] * way.y};
-  };
   Vec2s<N> uv[3];
   for (std::size_t k = 0; k < 3; ++k) {
     uv[k] = {load<N>(rows.u[k]), load<N>(rows.v[k])};
   }
-  const Vec2s<N> base = turned({uv[0].x * at.b.x + uv[1].x * at.b.y + uv[2].x * at.b.z,
-                                uv[0].y * at.b.x + uv[1].y * at.b.y + uv[2].y * at.b.z});
-  // As in seen() and lookup() of core/materials/shade.cpp.
+  const Vec2s<N> base = turned(c, {uv[0].x * at.b.x + uv[1].x * at.b.y + uv[2].x * at.b.z,
+                                   uv[0].y * at.b.x + uv[1].y * at.b.y + uv[2].y * at.b.z});
   const Vec3s<N> wo = -segments.direction;
-  const Floats<N> width_m = Floats<N>(0.5F) * out.cone_width_m;
+  const Floats<N> width_m = Floats<N>(0.5F) * cone_width_m;
   const Floats<N> cosine = dot(at.geometric, wo);
   const Vec3s<N> slope = wo - at.geometric * cosine;
   const Floats<N> sine2 = dot(slope, slope);
@@ -181,8 +183,8 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   const auto moved = [&](Vec3s<N> way, Floats<N> by) {
     const Floats<N> a = dot(way, to_edge1) * by;
     const Floats<N> b = dot(way, to_edge2) * by;
-    return turned({(uv[1].x - uv[0].x) * a + (uv[2].x - uv[0].x) * b,
-                   (uv[1].y - uv[0].y) * a + (uv[2].y - uv[0].y) * b});
+    return turned(c, {(uv[1].x - uv[0].x) * a + (uv[2].x - uv[0].x) * b,
+                      (uv[1].y - uv[0].y) * a + (uv[2].y - uv[0].y) * b});
   };
   TextureLookups<N> lookups;
   lookups.uv = {base.x + c[1][0], base.y + c[1][1]};
@@ -194,6 +196,17 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
   lookups.levels = bits_of(c[3][2]);
   lookups.wrap_u = bits_of(c[3][3]) & Ints<N>(0xff);
   lookups.wrap_v = Ints<N>(bits_of(c[3][3]).v >> 8);
+  return lookups;
+}
+
+/// Applies the textures to untextured surfaces in the lanes of `on`; returns the lanes that were
+/// completed.
+template <std::size_t N>
+Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
+                   const MapRows<N>& rows, Mask<N> on, LaneHits<N>& out) {
+  Floats<N> c[4][4];
+  transpose_rows(rows.row, c);
+  const TextureLookups<N> lookups = map_lookups(segments, at, rows, c, out.cone_width_m);
   Texture::Taps taps[N];
   on = find_taps(lookups, on, taps);
 
@@ -242,14 +255,14 @@ Mask<N> apply_maps(const SegmentLanes<N>& segments, const TriangleLanes<N>& at,
     hand = hand + behind * (k == 0 ? at.b.x : k == 1 ? at.b.y : at.b.z);
   }
   const Vec3s<N> tangent = normalize_or(blend(tangents, at.b), Vec3s<N>(Vec3{}));
-  const Mask<N> is_turned = on & (dot(tangent, tangent) > zero);
+  const Mask<N> is_turned = on & (dot(tangent, tangent) > Floats<N>(0));
   if (is_turned.any()) {
-    const Floats<N> sign = select(hand < zero, -at.mirror, at.mirror);
+    const Floats<N> sign = select(hand < Floats<N>(0), -at.mirror, at.mirror);
     const Vec3s<N> bitangent = cross(at.shading, tangent) * sign;
     const auto turn = [&](Vec3s<N> texel, Vec3s<N>& shading) {
       const Vec3s<N> mapped =
           normalize_or(tangent * texel.x + bitangent * texel.y + at.shading * texel.z, at.shading);
-      shading = select(is_turned, facing(mapped * at.side, wo), shading);
+      shading = select(is_turned, facing(mapped * at.side, -segments.direction), shading);
     };
     turn({normal.x * c[1][2], normal.y * c[1][2], normal.z}, s.normal);
     if (out.layered != 0) {

@@ -121,6 +121,16 @@ class LaneTracer final : public WaveTracer {
     const Vec3s<N>* light_normal;  ///< as of LastScattering
     Vec3s<N> normal_or_none;       ///< zero where light comes from both sides
     Colors colors;
+
+    [[gnu::always_inline]] BsdfLanes<N> bsdf() const {
+      return BsdfLanes<N>(met.surface, frame.to_local(wo_world),
+                          frame.to_local(met.surface.horizon),
+                          {.layers = met.layered == 0 ? nullptr : &met.layers,
+                           .solids = met.solid == 0 ? nullptr : &met.solids,
+                           .walls = met.wall == 0 ? nullptr : &met.walls,
+                           .brush = met.brushed == 0 ? nullptr : &met.brush,
+                           .films = met.films.on == 0 ? nullptr : &met.films});
+    }
   };
   using Numbers = PathNumbers<N>;
   /// Light samples without shadow, which add value * scale.
@@ -239,6 +249,12 @@ class LaneTracer final : public WaveTracer {
                                              const SegmentLanes<N>& segments,
                                              const RawHit (&hits)[N], unsigned ground,
                                              unsigned behind, int depth, std::uint64_t& rays) const;
+  /// Takes the vertex's surfaces, and what their paths bring.
+  [[gnu::always_inline]] void load_vertex(const WavePaths& paths, std::size_t first,
+                                          const SegmentLanes<N>& segments, Vertex& at) const;
+  /// Gives the surfaces in the lanes of `on` the colours of their paths' wavelengths.
+  [[gnu::always_inline]] static void color_surfaces(const Wave& wave, std::size_t first,
+                                                    unsigned on, Vertex& at);
   bool has_fog() const {
     if constexpr (Options::has_media) {
       return fog_ != nullptr;

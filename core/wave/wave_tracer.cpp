@@ -464,6 +464,44 @@ void LaneTracer<N, Options>::advance(Wave& wave, std::size_t first, unsigned met
 }
 
 template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::load_vertex(
+    const WavePaths& paths, std::size_t first, const SegmentLanes<N>& segments, Vertex& at) const {
+  at.wo_world = -segments.direction;
+  at.beta = load<N>(paths.beta, first);
+  at.cone_spread_rad = segments.cone_spread_rad;
+  at.is_sharp = segments.is_sharp;
+  at.medium = segments.medium;
+  if constexpr (Options::has_media) {
+    at.medium_scatterings = load<N>(paths.medium_scatterings.at + first);
+  }
+  at.null_scatterings = null_scatterings(paths.null_scatterings, first);
+  at.frame = frame_from_normal(at.met.surface.normal);
+  if (at.met.brushed != 0) {
+    const Mask<N> is_brushed = Mask<N>::of(at.met.brushed);
+    at.frame.s = select(is_brushed, at.met.brush.along, at.frame.s);
+    at.frame.t = select(is_brushed, cross(at.met.surface.normal, at.frame.s), at.frame.t);
+  }
+}
+
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::color_surfaces(const Wave& wave,
+                                                                          std::size_t first,
+                                                                          unsigned on, Vertex& at) {
+  const WavePaths& paths = wave.paths;
+  at.colors = Colors::of(wave, paths.slot.at + first, on);
+  SurfaceLanes<N>& colored = at.met.surface;
+  colored.base_color = at.colors.values(colored.base_color);
+  colored.f0 = at.colors.values(colored.f0);
+  at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
+  at.met.walls.diffuse_color = at.colors.values(at.met.walls.diffuse_color);
+  for (unsigned rest = at.met.films.on & on; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+    const Rgb nm = wave.wavelengths[sample_of(paths, first + k)].nm();
+    at.met.films.wavelengths_nm.set(k, {nm.r, nm.g, nm.b});
+  }
+}
+
+template <std::size_t N, typename Options>
 [[gnu::always_inline]] inline void LaneTracer<N, Options>::reach_surfaces(
     Wave& wave, std::size_t first, Vertex& at, unsigned on, const SegmentLanes<N>& segments,
     const RawHit (&hits)[N], unsigned ground, unsigned behind, int depth,
@@ -490,47 +528,15 @@ template <std::size_t N, typename Options>
     return;
   }
   const SurfaceLanes<N>& s = at.met.surface;
-  at.wo_world = -segments.direction;
-  at.beta = load<N>(paths.beta, first);
-  at.cone_spread_rad = segments.cone_spread_rad;
-  at.is_sharp = segments.is_sharp;
-  at.medium = segments.medium;
-  if constexpr (Options::has_media) {
-    at.medium_scatterings = load<N>(paths.medium_scatterings.at + first);
-  }
-  at.null_scatterings = null_scatterings(paths.null_scatterings, first);
-  at.frame = frame_from_normal(s.normal);
-  if (at.met.brushed != 0) {
-    const Mask<N> is_brushed = Mask<N>::of(at.met.brushed);
-    at.frame.s = select(is_brushed, at.met.brush.along, at.frame.s);
-    at.frame.t = select(is_brushed, cross(s.normal, at.frame.s), at.frame.t);
-  }
-  const auto make_bsdf = [&at, &s ]() __attribute__((always_inline)) {
-    return BsdfLanes<N>(s, at.frame.to_local(at.wo_world), at.frame.to_local(s.horizon),
-                        {.layers = at.met.layered == 0 ? nullptr : &at.met.layers,
-                         .solids = at.met.solid == 0 ? nullptr : &at.met.solids,
-                         .walls = at.met.wall == 0 ? nullptr : &at.met.walls,
-                         .brush = at.met.brushed == 0 ? nullptr : &at.met.brush,
-                         .films = at.met.films.on == 0 ? nullptr : &at.met.films});
-  };
+  load_vertex(paths, first, segments, at);
   [[maybe_unused]] Vec3s<N> albedo;
   if constexpr (Options::is_spectral) {
     if (depth == 0) {
-      albedo = make_bsdf().albedo();
+      albedo = at.bsdf().albedo();
     }
-    at.colors = Colors::of(wave, paths.slot.at + first, on);
-    SurfaceLanes<N>& colored = at.met.surface;
-    colored.base_color = at.colors.values(colored.base_color);
-    colored.f0 = at.colors.values(colored.f0);
-    at.met.layers.sheen_color = at.colors.values(at.met.layers.sheen_color);
-    at.met.walls.diffuse_color = at.colors.values(at.met.walls.diffuse_color);
-    for (unsigned rest = at.met.films.on & on; rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      const Rgb nm = wave.wavelengths[sample_of(paths, first + k)].nm();
-      at.met.films.wavelengths_nm.set(k, {nm.r, nm.g, nm.b});
-    }
+    color_surfaces(wave, first, on, at);
   }
-  const BsdfLanes<N> bsdf = make_bsdf();
+  const BsdfLanes<N> bsdf = at.bsdf();
   at.light_normal = &s.horizon;
   if ((at.met.solid | at.met.wall) != 0) {
     at.normal_or_none = select(bsdf.transmits(), Vec3s<N>(Vec3{}), s.horizon);

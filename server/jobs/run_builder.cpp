@@ -47,7 +47,7 @@ std::uint64_t bytes_of_prepass(const api::JobSpec& spec) {
   return row != nullptr && row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
 }
 
-std::uint64_t work_bytes(const core::Film& film) {
+std::uint64_t work_bytes(const core::FilmShape& film) {
   const core::PixelRect crop = film.crop();
   const auto pixels =
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
@@ -76,9 +76,7 @@ MemoryPart prepass_part(const api::JobSpec& spec) {
   }
   const core::IntegratorEntry* row =
       core::find_integrator(core::with_caustics(spec.render).integrator);
-  const bool is_of_photons =
-      row != nullptr && std::find(row->accepts.begin(), row->accepts.end(),
-                                  "/integrator/photons") != row->accepts.end();
+  const bool is_of_photons = row != nullptr && core::accepts(*row, "/integrator/photons");
   return is_of_photons
              ? MemoryPart{bytes, "/integrator/photons", "photons", "Reduce photons or max_depth"}
              : MemoryPart{bytes, "/integrator/records", "records", "Reduce records or replicates"};
@@ -140,13 +138,13 @@ Rank rank_of(const api::JobSpec& spec) {
 }
 
 Admission RunBuilder::admission_of(const api::JobSpec& spec) const {
-  const auto film = core::make_film(spec.render);
+  const core::FilmShape film = core::film_shape(spec.render);
   Admission admission{.rank = rank_of(spec),
-                      .memory = {.film_bytes = film->bytes(),
-                                 .work_bytes = work_bytes(*film) + bytes_of_prepass(spec) +
+                      .memory = {.film_bytes = film.bytes(),
+                                 .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
                                                core::reference_bytes(largest_settings(spec)) +
                                                core::made_environment_bytes(spec.environment)},
-                      .film_file_bytes = FilmFile::disk_bytes_max(*film)};
+                      .film_file_bytes = FilmFile::disk_bytes_max(film)};
   add_shared(spec, {}, admission.memory);
   return admission;
 }

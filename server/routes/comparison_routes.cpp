@@ -201,11 +201,11 @@ core::Status check_memory(const RouteContext& context, const std::vector<std::st
       continue;  // find_picture() reports the error; files are measured when they are read.
     }
     const core::RenderSettings render = (*job)->record().view.spec.render;
-    const auto blank = core::make_film(render);
-    const core::PixelRect crop = blank->crop();
+    const core::FilmShape shape = core::film_shape(render);
+    const core::PixelRect crop = shape.crop();
     pictures += static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height) *
                 kSideBytes;
-    film = std::max<std::uint64_t>(film, blank->bytes());
+    film = std::max<std::uint64_t>(film, shape.bytes());
   }
   return context.memory.check(pictures + film, "the comparison");
 }

@@ -20,9 +20,11 @@ class DataDir {
   std::string films_path() const { return path_ + "/films"; }
   std::string comparisons_path() const { return path_ + "/comparisons"; }
   std::string film_path(const std::string& job) const { return films_path() + "/" + job + ".film"; }
-  std::string looks_path() const { return path_ + "/looks"; }
-  /// As server/routes/look_file.h.
-  std::string look_path(const std::string& job) const { return looks_path() + "/" + job; }
+  std::string first_images_path() const { return path_ + "/looks"; }
+  /// As server/routes/first_image_file.h.
+  std::string first_images_path(const std::string& job) const {
+    return first_images_path() + "/" + job;
+  }
 
  private:
   DataDir(std::string path, UniqueFd lock) : path_(std::move(path)), lock_(std::move(lock)) {}

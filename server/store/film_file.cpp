@@ -110,7 +110,7 @@ struct FilmFile::Layout {
   std::uint64_t slot_bytes = 0;
   std::size_t pixel_bytes = 0;
 
-  explicit Layout(const core::Film& film) {
+  explicit Layout(const core::FilmShape& film) {
     pixel_bytes = stored_pixel_bytes(film, core::shape_of(film));
     // The size of the first version, so that slots keep their offsets: kPointsWritten leaves room
     // for later fields.
@@ -121,7 +121,7 @@ struct FilmFile::Layout {
                                                 static_cast<std::uint64_t>(pixel_bytes));
   }
   std::uint64_t head_offset(std::uint32_t sequence) const { return sequence % 2 * head_bytes; }
-  std::uint64_t meter_offset(const core::Film& film, std::uint32_t sequence) const {
+  std::uint64_t meter_offset(const core::FilmShape& film, std::uint32_t sequence) const {
     return slot_offset(film.tile_count(), 0) + sequence % 2 * align(meter_size(film));
   }
   std::uint64_t slot_offset(int tile, std::uint32_t slot) const {
@@ -501,7 +501,7 @@ void FilmFile::release_old_slots(const core::Film& film) const {
   }
 }
 
-std::uint64_t FilmFile::disk_bytes_max(const core::Film& film) {
+std::uint64_t FilmFile::disk_bytes_max(const core::FilmShape& film) {
   return Layout(film).meter_offset(film, 0) + 2 * align(meter_size(film));
 }
 

@@ -53,7 +53,7 @@ class FilmFile {
   core::Status write(const core::Film& film, const FilmRecord& record, bool is_final);
 
   /// Returns the largest size of the film's file while it is being written.
-  static std::uint64_t disk_bytes_max(const core::Film& film);
+  static std::uint64_t disk_bytes_max(const core::FilmShape& film);
   /// Returns the bytes that the file occupies on the disk.
   std::uint64_t disk_bytes() const;
 

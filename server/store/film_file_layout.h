@@ -42,7 +42,7 @@ inline constexpr std::int32_t kMeter = 32;
 /// first.
 inline constexpr std::int32_t kSharesShift = 8;
 
-inline std::int32_t parts_of(const core::Film& film) {
+inline std::int32_t parts_of(const core::FilmShape& film) {
   return static_cast<std::int32_t>(
              core::flags_of(film.recorded(), &core::RecordedPart::checkpoint_flag)) |
          (film.has_plan() ? kPlan : 0) | (film.has_pilot() ? kPilot : 0) |
@@ -146,7 +146,7 @@ constexpr std::size_t stored_bytes(const core::TilePlane<Value>&) {
   return std::is_same_v<Value, core::PixelPlan> ? sizeof(StoredPlan) : sizeof(Value);
 }
 /// Returns the bytes of a pixel, with its splats.
-inline std::size_t stored_pixel_bytes(const core::Film& film, const core::TileShape& shape) {
+inline std::size_t stored_pixel_bytes(const core::FilmShape& film, const core::TileShape& shape) {
   const std::size_t splats = film.has_splats() ? shape.replicates * (1 + shape.shares) : 0;
   return core::pixel_bytes(shape, [](const auto& plane) { return stored_bytes(plane); }) +
          splats * sizeof(core::SplatPixel);
@@ -154,7 +154,7 @@ inline std::size_t stored_pixel_bytes(const core::Film& film, const core::TileSh
 
 /// Returns the bytes in the head for light samples of each unit, light paths of each replicate,
 /// rejected splats, and rays.
-inline std::size_t splat_head_bytes(const core::Film& film) {
+inline std::size_t splat_head_bytes(const core::FilmShape& film) {
   return film.has_splats()
              ? static_cast<std::size_t>(film.unit_count()) * sizeof(std::int32_t) +
                    (static_cast<std::size_t>(film.replicates()) + 2) * sizeof(std::uint64_t)
@@ -162,7 +162,7 @@ inline std::size_t splat_head_bytes(const core::Film& film) {
 }
 
 /// Returns the size of the meter's part; 0: there is none.
-inline std::size_t meter_size(const core::Film& film) {
+inline std::size_t meter_size(const core::FilmShape& film) {
   return film.meter_chunk_count() > 0
              ? sizeof(MeterFields) +
                    static_cast<std::size_t>(film.meter_chunk_count()) * sizeof(MeterChunkFields) +
@@ -171,7 +171,7 @@ inline std::size_t meter_size(const core::Film& film) {
 }
 
 /// Returns the arrays in a slot, according to its fields: plans and pilots may be absent.
-inline core::TileShape shape_of(const core::Film& film, const SlotFields& fields) {
+inline core::TileShape shape_of(const core::FilmShape& film, const SlotFields& fields) {
   core::TileShape shape = core::shape_of(film);
   shape.has_plan = fields.span_to != 0;
   shape.has_pilot = fields.pilot_samples != 0;
@@ -179,7 +179,7 @@ inline core::TileShape shape_of(const core::Film& film, const SlotFields& fields
 }
 
 /// Returns the size of a whole slot, according to its fields.
-inline std::size_t slot_size(const core::Film& film, const core::PixelRect& rect,
+inline std::size_t slot_size(const core::FilmShape& film, const core::PixelRect& rect,
                              const SlotFields& fields) {
   return sizeof fields + pixels_of(rect) * stored_pixel_bytes(film, shape_of(film, fields));
 }

@@ -426,6 +426,22 @@ void BidirectionalPathTracer::add_photons(CameraSubpath& path,
 }
 
 template <typename LightVertices>
+void BidirectionalPathTracer::add_connections(CameraSubpath& path, const Vertex& vertex,
+                                              const Strategies& strategies,
+                                              const LightVertices& light_vertices) const noexcept {
+  for (const Vertex& from_light : light_vertices) {
+    if (strategies.has(from_light.length() + 1, vertex.length() + 1) &&
+        is_allowed(vertex.surfaces + from_light.surfaces, vertex.in_media + from_light.in_media) &&
+        from_light.has_spread()) {
+      credit(path, connection(path, vertex, from_light),
+             {vertex.length() + from_light.length(),
+              scene_.group_of_light(from_light.light),
+              {from_light.length() + 1, vertex.length() + 1}});
+    }
+  }
+}
+
+template <typename LightVertices>
 void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategies& strategies,
                                             const LightVertices& light_vertices) const noexcept {
   PathVertex met;
@@ -480,17 +496,7 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
       if (!lights_.empty() && strategies.has(1, vertex.length() + 1)) {
         add_light_sample(path, vertex);
       }
-      for (const Vertex& from_light : light_vertices) {
-        if (strategies.has(from_light.length() + 1, vertex.length() + 1) &&
-            is_allowed(vertex.surfaces + from_light.surfaces,
-                       vertex.in_media + from_light.in_media) &&
-            from_light.has_spread()) {
-          credit(path, connection(path, vertex, from_light),
-                 {vertex.length() + from_light.length(),
-                  scene_.group_of_light(from_light.light),
-                  {from_light.length() + 1, vertex.length() + 1}});
-        }
-      }
+      add_connections(path, vertex, strategies, light_vertices);
     }
     if (path.photons != nullptr && can_scatter && vertex.can_merge()) {
       add_photons(path, vertex);

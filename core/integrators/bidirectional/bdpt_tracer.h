@@ -133,6 +133,9 @@ class BidirectionalPathTracer final : public Integrator {
   void add_background(CameraSubpath& path) const noexcept;
   void add_emission(CameraSubpath& path, const Vertex& vertex) const noexcept;
   void add_light_sample(CameraSubpath& path, const Vertex& vertex) const noexcept;
+  template <typename LightVertices>
+  void add_connections(CameraSubpath& path, const Vertex& vertex, const Strategies& strategies,
+                       const LightVertices& light_vertices) const noexcept;
   Found connection(Subpath& path, const Vertex& vertex, const Vertex& from_light) const noexcept;
   /// Adds the light of the photons near a vertex.
   void add_photons(CameraSubpath& path, const Vertex& vertex) const noexcept;

@@ -37,13 +37,13 @@ std::uint64_t reference_bytes(const RenderSettings& settings) {
   if (!references) {
     return 0;
   }
-  const auto film = make_film(*references);
-  const PixelRect crop = film->crop();
+  const FilmShape film = film_shape(*references);
+  const PixelRect crop = film.crop();
   const auto pixels =
       static_cast<std::uint64_t>(crop.width) * static_cast<std::uint64_t>(crop.height);
   // A comparison copies both films and sums m, m with a sign, and the counted pixels.
   constexpr std::uint64_t kSums = 3 * sizeof(double);
-  return 2 * film->bytes() + make_film(settings)->bytes() + pixels * kSums;
+  return 2 * film.bytes() + film_shape(settings).bytes() + pixels * kSums;
 }
 
 int reference_samples(int samples) {

@@ -255,11 +255,13 @@ class Writer {
     return convention_.has_linear_colors ? within : linear_of(within);
   }
 
+  template <typename Color>
+  std::array<double, 3> linear(const Color& c) const {
+    return {color(static_cast<double>(c.r)), color(static_cast<double>(c.g)),
+            color(static_cast<double>(c.b))};
+  }
+
   GltfJson material(const aiMaterial& from) {
-    const auto linear = [this](const auto& c) {
-      return std::array{color(static_cast<double>(c.r)), color(static_cast<double>(c.g)),
-                        color(static_cast<double>(c.b))};
-    };
     std::array<double, 3> base = {0.8, 0.8, 0.8};
     aiColor4D diffuse;
     // libassimp makes materials for files without any.
@@ -305,6 +307,18 @@ class Writer {
     if (opacity < 1) {
       out["alphaMode"] = "BLEND";
     }
+    add_emission(from, out, extensions);
+    for (const auto& [name, value] : extensions.items()) {
+      writer_.use_extension(name);
+      out["extensions"][name] = value;
+    }
+    if (const auto index = texture(from, aiTextureType_NORMALS)) {
+      out["normalTexture"]["index"] = *index;
+    }
+    return out;
+  }
+
+  void add_emission(const aiMaterial& from, GltfJson& out, GltfJson& extensions) {
     aiColor3D emission;
     from.Get(AI_MATKEY_COLOR_EMISSIVE, emission);
     const auto glow = texture(from, aiTextureType_EMISSIVE);
@@ -321,14 +335,6 @@ class Writer {
     if (glow) {
       out["emissiveTexture"]["index"] = *glow;
     }
-    for (const auto& [name, value] : extensions.items()) {
-      writer_.use_extension(name);
-      out["extensions"][name] = value;
-    }
-    if (const auto index = texture(from, aiTextureType_NORMALS)) {
-      out["normalTexture"]["index"] = *index;
-    }
-    return out;
   }
 
   /// illum 6 and 7: "refraction on". As solid glass of the colour of the filter, or of its own.

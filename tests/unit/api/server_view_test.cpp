@@ -160,8 +160,7 @@ TEST(ServerView, DirectLightHasItsOwnDefaultDepth) {
 TEST(ServerView, EveryAcceptedOptionIsAMemberOfTheJob) {
   for (const core::IntegratorEntry& row : core::integrators()) {
     Json request = {{"scene", "x"}, {"integrator", {{"type", row.name}}}};
-    if (std::find(row.accepts.begin(), row.accepts.end(), "/shutter_seconds") !=
-        row.accepts.end()) {
+    if (core::accepts(row, "/shutter_seconds")) {
       request["shutter_seconds"] = 1;  // printed if the shutter is open
     }
     if (core::accepts(row, core::kThroughGlass)) {  // printed if it is not the default

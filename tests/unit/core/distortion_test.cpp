@@ -63,7 +63,7 @@ const std::vector<Lens>& lenses() {
 TEST(Distortion, ShowsPointsWhereOpencvDoes) {
   for (const Lens& lens : lenses()) {
     for (std::size_t i = 0; i < kDirections.size(); ++i) {
-      const auto shown = Distortion(lens.settings).shown(kDirections[i]);
+      const auto shown = Distortion(lens.settings).project(kDirections[i]);
       ASSERT_TRUE(shown);
       EXPECT_NEAR(shown->at.x, lens.shown[i].x, 1e-11);
       EXPECT_NEAR(shown->at.y, lens.shown[i].y, 1e-11);
@@ -75,7 +75,7 @@ TEST(Distortion, InverseReturnsToTheDirection) {
   for (const Lens& lens : lenses()) {
     const Distortion distortion(lens.settings);
     for (std::size_t i = 0; i < kDirections.size(); ++i) {
-      const Distortion::Seen seen = distortion.seen(lens.shown[i]);
+      const Distortion::Unprojected seen = distortion.unproject(lens.shown[i]);
       ASSERT_TRUE(seen.is_shown);
       EXPECT_NEAR(seen.direction.x / seen.direction.z, kDirections[i].x / kDirections[i].z, 1e-9);
       EXPECT_NEAR(seen.direction.y / seen.direction.z, kDirections[i].y / kDirections[i].z, 1e-9);
@@ -91,7 +91,7 @@ TEST(Distortion, ScaleIsTheRatioOfAreas) {
     for (const Place d : kDirections) {
       const Place p = {d.x / d.z, d.y / d.z, 1};
       const auto at = [&](double x, double y) {
-        return distortion.shown({p.x + x, p.y + y, 1})->at;
+        return distortion.project({p.x + x, p.y + y, 1})->at;
       };
       const auto [right, left] = std::array{at(kStep, 0), at(-kStep, 0)};
       const auto [below, above] = std::array{at(0, kStep), at(0, -kStep)};
@@ -101,7 +101,7 @@ TEST(Distortion, ScaleIsTheRatioOfAreas) {
       if (distortion.is_fisheye()) {  // per solid angle: dx dy = dw / cos^3
         area *= std::pow(1 + p.x * p.x + p.y * p.y, 1.5);
       }
-      EXPECT_NEAR(distortion.shown(d)->scale, area, 1e-6);
+      EXPECT_NEAR(distortion.project(d)->scale, area, 1e-6);
     }
   }
 }
@@ -111,25 +111,25 @@ TEST(Distortion, ShowsNothingBeyondTheFold) {
   const Distortion barrel({DistortionModel::kOpencv, {-0.25, 0, 0, 0}});
   const double fold = 2 / std::sqrt(3.0);
   const double edge = 4 / std::sqrt(27.0);
-  EXPECT_TRUE(barrel.shown({0.99 * fold, 0, 1}));
-  EXPECT_FALSE(barrel.shown({1.01 * fold, 0, 1}));
-  EXPECT_FALSE(barrel.shown({0.3, 0, -1}));
-  EXPECT_TRUE(barrel.seen({0, 0.999 * edge}).is_shown);
-  EXPECT_FALSE(barrel.seen({0, 1.001 * edge}).is_shown);
+  EXPECT_TRUE(barrel.project({0.99 * fold, 0, 1}));
+  EXPECT_FALSE(barrel.project({1.01 * fold, 0, 1}));
+  EXPECT_FALSE(barrel.project({0.3, 0, -1}));
+  EXPECT_TRUE(barrel.unproject({0, 0.999 * edge}).is_shown);
+  EXPECT_FALSE(barrel.unproject({0, 1.001 * edge}).is_shown);
 }
 
 // theta (1 - theta^2 / 12) grows up to 2 rad, where it is 4 / 3.
 TEST(Distortion, FisheyeSeesBehindItselfUpToItsFold) {
   const Distortion fisheye({DistortionModel::kFisheye, {-1.0 / 12, 0, 0, 0}});
   const auto toward = [](double theta) { return Place{std::sin(theta), 0, std::cos(theta)}; };
-  ASSERT_TRUE(fisheye.shown(toward(1.9)));
-  EXPECT_NEAR(fisheye.shown(toward(1.9))->at.x, 1.9 * (1 - 1.9 * 1.9 / 12), 1e-12);
-  EXPECT_FALSE(fisheye.shown(toward(2.01)));
-  EXPECT_FALSE(fisheye.shown({0, 0, -1}));
-  const Place back = fisheye.seen({0, 1.9 * (1 - 1.9 * 1.9 / 12)}).direction;
+  ASSERT_TRUE(fisheye.project(toward(1.9)));
+  EXPECT_NEAR(fisheye.project(toward(1.9))->at.x, 1.9 * (1 - 1.9 * 1.9 / 12), 1e-12);
+  EXPECT_FALSE(fisheye.project(toward(2.01)));
+  EXPECT_FALSE(fisheye.project({0, 0, -1}));
+  const Place back = fisheye.unproject({0, 1.9 * (1 - 1.9 * 1.9 / 12)}).direction;
   EXPECT_NEAR(std::atan2(back.y, back.z), 1.9, 1e-8);
-  EXPECT_TRUE(fisheye.seen({0, 1.333}).is_shown);
-  EXPECT_FALSE(fisheye.seen({0, 1.334}).is_shown);
+  EXPECT_TRUE(fisheye.unproject({0, 1.333}).is_shown);
+  EXPECT_FALSE(fisheye.unproject({0, 1.334}).is_shown);
 }
 
 CameraSettings calibrated() {

@@ -207,7 +207,7 @@ TEST(Film, NoLayerIsInfiniteIfTheVarianceOverflows) {
 }
 
 // Layers are computed in bands of rows; the error pools pixels across adjacent bands.
-core::DenoisedLook denoised_look(const core::Film& film) {
+core::DenoisedInput denoised_input(const core::Film& film) {
   auto made =
       core::denoise(film.snapshot(), nullptr, core::StatisticalDenoiser(), core::parallel_for(1));
   EXPECT_TRUE(made);
@@ -235,14 +235,14 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
   for (const auto& layer : core::layers()) {
     layers.emplace_back(std::string(layer.name));
   }
-  const core::DenoisedLook look = denoised_look(*picture.film);
+  const core::DenoisedInput denoised = denoised_input(*picture.film);
   for (const auto& layer : layers) {
     const auto whole =
         layer
-            ? core::layer_image(snapshot, *layer, &look)
+            ? core::layer_image(snapshot, *layer, &denoised)
             : core::Result<core::FloatImage>(core::all_layers_image(snapshot, view.settings.film));
-    auto made =
-        core::LayerRows::create(*picture.film, rect, layer, view.settings.film, {.denoised = look});
+    auto made = core::LayerRows::create(*picture.film, rect, layer, view.settings.film,
+                                        {.denoised = denoised});
     ASSERT_TRUE(whole && made) << layer.value_or("all");
     const core::ImageRows rows = made->rows();
     ASSERT_EQ(rows.channel_names, whole->channel_names);
@@ -264,8 +264,8 @@ TEST(Film, EveryRegisteredLayerIsAnImage) {
   record_all(view.settings.film);
   const auto picture = test_support::render(view, 2);
   for (const auto& layer : core::layers()) {
-    const core::DenoisedLook look = denoised_look(*picture.film);
-    const auto image = core::layer_image(picture.snapshot, std::string(layer.name), &look);
+    const core::DenoisedInput denoised = denoised_input(*picture.film);
+    const auto image = core::layer_image(picture.snapshot, std::string(layer.name), &denoised);
     ASSERT_TRUE(image) << layer.name;
     EXPECT_EQ(!core::layer_image(picture.snapshot, std::string(layer.name)),
               layer.fill_denoised != nullptr)

@@ -302,16 +302,12 @@ Problem batch_problem(Problem problem, const BatchJob& job) {
 }
 
 Parsed<BatchRequest> parse_batch(std::string_view text_of_body) {
-  const Parsed<Json> value = parse_json(text_of_body, limits::kBodyBytes);
-  if (!value) {
-    return value.problem();
+  Parsed<Body> parsed = parse_body<Body>(batch_table(), text_of_body);
+  if (!parsed) {
+    return parsed.problem();
   }
-  Body body;
+  Body& body = *parsed;
   Faults faults;
-  read_members(batch_table(), *value, body, "", faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
   const std::vector<Axis> axes = axes_of(body.matrix);
   if (body.name.empty()) {
     body.name = usual_pattern(axes);

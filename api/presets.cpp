@@ -146,17 +146,7 @@ bool is_view_listed(const Preset& preset, const PictureUrl& url) {
 }  // namespace
 
 Parsed<Preset> parse_preset(std::string_view body) {
-  const auto json = parse_json(body, static_cast<std::size_t>(limits::kBodyBytes));
-  if (!json) {
-    return json.problem();
-  }
-  Preset preset;
-  Faults faults;
-  read_members(preset_table(), *json, preset, "", faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return preset;
+  return parse_body<Preset>(preset_table(), body);
 }
 
 std::string preset_json(std::string_view name, const Preset& preset) {

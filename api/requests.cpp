@@ -281,20 +281,6 @@ const auto& ticket_table() {
   return kTable;
 }
 
-template <typename Body, typename Table>
-Parsed<Body> parse_body(const Table& table, std::string_view text, Body body) {
-  const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
-  if (!value) {
-    return value.problem();
-  }
-  Faults faults;
-  read_members(table, *value, body, "", faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return body;
-}
-
 }  // namespace
 
 Parsed<JobPatch> parse_job_patch(std::string_view body, const JobSpec& current) {

@@ -40,7 +40,7 @@
 #include "server/request_log.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
-#include "server/routes/first_looks.h"
+#include "server/routes/first_images.h"
 #include "server/scenes/scene_service.h"
 #include "server/store/assets.h"
 #include "server/store/batch_table.h"
@@ -246,7 +246,7 @@ class App {
                                guard_,
                                [this] { return http_->stats(); }};
     if (memory_.film_cache_bytes > 0) {
-      first_looks_ = std::make_unique<FirstLooks>(context);
+      first_images_ = std::make_unique<FirstImages>(context);
     }
     http_ = std::make_unique<HttpServer>(std::move(options), make_routes(context), streams_);
     return http_->bind();
@@ -285,7 +285,7 @@ class App {
     const bool quiet = http_->stop(std::max(grace - milliseconds(500), milliseconds(100)));
     saving.join();
     serving.join();
-    first_looks_.reset();  // Waits for the image that is being encoded.
+    first_images_.reset();  // Waits for the image that is being encoded.
     watchdog.request_stop();
     log_.write(LogLevel::kInfo, "stopped",
                {{"seconds",
@@ -455,7 +455,7 @@ class App {
   std::unique_ptr<WebhookSecrets> webhook_secrets_;
   std::unique_ptr<WebhookSender> webhooks_;
   std::unique_ptr<HttpServer> http_;
-  std::unique_ptr<FirstLooks> first_looks_;
+  std::unique_ptr<FirstImages> first_images_;
 };
 
 std::string url_host(const std::string& host) {

@@ -26,7 +26,7 @@ std::string_view trace_id(const Request& request) {
                                                                             : std::string_view();
 }
 
-bool only_looks(const Request& request) {
+bool only_reads(const Request& request) {
   return request.method == "GET" || request.method == "HEAD" || request.method == "OPTIONS";
 }
 
@@ -136,9 +136,9 @@ void RequestLog::note(const Request& request, const Outcome& outcome) {
   if (!may_tell(outcome.status)) {
     return;
   }
-  const bool looks = only_looks(request);
+  const bool reads = only_reads(request);
   const LogLevel level = outcome.status >= 500 ? LogLevel::kError
-                         : looks               ? LogLevel::kDebug
+                         : reads               ? LogLevel::kDebug
                                                : LogLevel::kInfo;
   if (log_.enabled(level)) {
     log_.write(level, "request",
@@ -152,7 +152,7 @@ void RequestLog::note(const Request& request, const Outcome& outcome) {
                 {"remote", request.remote_addr},
                 {"error", outcome.internal_error}});
   }
-  if (!looks || outcome.status == 401 || outcome.status == 403 || outcome.status == 421) {
+  if (!reads || outcome.status == 401 || outcome.status == 403 || outcome.status == 421) {
     audit(request, outcome);
   }
 }

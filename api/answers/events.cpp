@@ -11,6 +11,19 @@
 namespace api {
 namespace {
 
+struct TileEventView {
+  std::string_view job_id;
+  const TileEvent& tile;
+};
+struct WebhookView {
+  EventType type = EventType::kEnd;
+  double unix_seconds = 0;
+  const JobView& job;
+};
+struct OverloadedView {
+  int retry_after_seconds = 0;
+};
+
 struct EventRow {
   EventType type;
   std::string_view name;
@@ -42,6 +55,8 @@ bool is_durable(EventType type) { return kEvents[static_cast<std::size_t>(type)]
 
 std::string snapshot_event(const JobView& job) { return job_json(job); }
 
+namespace {
+
 const View<JobView>& state_event_view() {
   static const View<JobView> kView = {
       "StateEvent",
@@ -55,7 +70,11 @@ const View<JobView>& state_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string state_event(const JobView& job) { return dump(state_event_view().print(job)); }
+
+namespace {
 
 const View<JobView>& progress_event_view() {
   static const View<JobView> kView = {
@@ -65,6 +84,8 @@ const View<JobView>& progress_event_view() {
        revision_row(), available_row(), denoised_row()}};
   return kView;
 }
+
+}  // namespace
 
 std::string progress_event(const JobView& job) { return dump(progress_event_view().print(job)); }
 
@@ -77,8 +98,6 @@ std::string tile_url(const TileEventView& view) {
          "&height=" + std::to_string(rect.height) +
          "&revision=" + std::to_string(view.tile.revision);
 }
-
-}  // namespace
 
 const View<TileEventView>& tile_event_view() {
   static const View<TileEventView> kView = {
@@ -102,9 +121,13 @@ const View<TileEventView>& tile_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string tile_event(std::string_view job_id, const TileEvent& tile) {
   return dump(tile_event_view().print({job_id, tile}));
 }
+
+namespace {
 
 const View<std::string_view>& warning_event_view() {
   static const View<std::string_view> kView = {
@@ -114,9 +137,13 @@ const View<std::string_view>& warning_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string warning_event(std::string_view message) {
   return dump(warning_event_view().print(message));
 }
+
+namespace {
 
 const View<JobView>& end_event_view() {
   static const View<JobView> kView = {
@@ -127,7 +154,11 @@ const View<JobView>& end_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string end_event(const JobView& job) { return dump(end_event_view().print(job)); }
+
+namespace {
 
 const View<WebhookView>& webhook_view() {
   static const View<WebhookView> kView = {
@@ -141,9 +172,13 @@ const View<WebhookView>& webhook_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string webhook_body(EventType type, double unix_seconds, const JobView& job) {
   return dump(webhook_view().print({type, unix_seconds, job}));
 }
+
+namespace {
 
 const View<std::string_view>& reset_event_view() {
   static const View<std::string_view> kView = {
@@ -153,7 +188,11 @@ const View<std::string_view>& reset_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string reset_event(std::string_view reason) { return dump(reset_event_view().print(reason)); }
+
+namespace {
 
 const View<OverloadedView>& overloaded_event_view() {
   static const View<OverloadedView> kView = {
@@ -168,8 +207,21 @@ const View<OverloadedView>& overloaded_event_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string overloaded_event(int retry_after_seconds) {
   return dump(overloaded_event_view().print({retry_after_seconds}));
+}
+
+void add_event_schemas(Json& components) {
+  state_event_view().add_to(components);
+  progress_event_view().add_to(components);
+  tile_event_view().add_to(components);
+  warning_event_view().add_to(components);
+  end_event_view().add_to(components);
+  reset_event_view().add_to(components);
+  overloaded_event_view().add_to(components);
+  webhook_view().add_to(components);
 }
 
 }  // namespace api

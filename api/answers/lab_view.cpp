@@ -35,8 +35,6 @@ Json pattern_json(const LabOutcomeView& view) {
   return pattern;
 }
 
-}  // namespace
-
 const View<lab::Point>& lab_point_view() {
   using lab::Point;
   static const View<Point> kView = {
@@ -61,7 +59,11 @@ const View<lab::Point>& lab_point_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string lab_point_json(const lab::Point& point) { return dump(lab_point_view().print(point)); }
+
+namespace {
 
 const View<LabOutcomeView>& lab_outcome_view() {
   using Out = LabOutcomeView;
@@ -128,9 +130,13 @@ const View<LabOutcomeView>& lab_outcome_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string lab_outcome_json(const LabRequest& request, const lab::Outcome& outcome) {
   return dump(lab_outcome_view().print({request, outcome}));
 }
+
+namespace {
 
 const View<std::monostate>& lab_cancelled_view() {
   static const View<std::monostate> kView = {
@@ -139,6 +145,8 @@ const View<std::monostate>& lab_cancelled_view() {
       {{"cancelled", shape::flag(), [](const std::monostate&) -> Json { return true; }}}};
   return kView;
 }
+
+}  // namespace
 
 std::string lab_cancelled_json() { return dump(lab_cancelled_view().print({})); }
 
@@ -211,6 +219,12 @@ Json experiments_json() {
     list.push_back(experiment_view().print(*experiment));
   }
   return list;
+}
+
+void add_lab_schemas(Json& components) {
+  lab_point_view().add_to(components);
+  lab_outcome_view().add_to(components);
+  lab_cancelled_view().add_to(components);
 }
 
 }  // namespace api

@@ -6,14 +6,22 @@
 namespace api {
 namespace {
 
+/// A point of two meters.
+struct MeterPairView {
+  const core::MeterReading& a;
+  const core::MeterReading& b;
+};
+struct MeterComparisonView {
+  const MeterOfJob& a;
+  const MeterOfJob& b;
+};
+
 Json triple_of(core::Vec3 v) { return {number_json(v.x), number_json(v.y), number_json(v.z)}; }
 Json triple_of(core::Place v) { return {number_json(v.x), number_json(v.y), number_json(v.z)}; }
 
 double watts(const core::MeterReading& reading) {
   return reading.illuminance / core::kLumensPerWatt;
 }
-
-}  // namespace
 
 const View<core::MeterReading>& meter_reading_view() {
   using Reading = core::MeterReading;
@@ -75,7 +83,11 @@ const View<MeterOfJob>& meter_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string meter_json(const MeterOfJob& meter) { return dump(meter_view().print(meter)); }
+
+namespace {
 
 const View<MeterPairView>& meter_pair_view() {
   using Pair = MeterPairView;
@@ -136,6 +148,8 @@ const View<MeterComparisonView>& meter_comparison_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string meter_comparison_json(const MeterOfJob& a, const MeterOfJob& b) {
   return dump(meter_comparison_view().print({a, b}));
 }
@@ -160,6 +174,14 @@ std::string meter_csv(std::span<const core::MeterReading> readings) {
     text += r.unreliable ? ",true\r\n" : ",false\r\n";
   }
   return text;
+}
+
+void add_meter_schemas(Json& components) {
+  meter_reading_view().add_to(components);
+  meter_view().add_to(components);
+  meter_figures_view().add_to(components);
+  meter_pair_view().add_to(components);
+  meter_comparison_view().add_to(components);
 }
 
 }  // namespace api

@@ -149,8 +149,6 @@ const View<ViewpointView>& viewpoint_view() {
   return kView;
 }
 
-}  // namespace
-
 const View<ObjectView>& object_view() {
   using Object = ObjectView;
   static const View<Object> kView = {
@@ -212,6 +210,15 @@ const View<ObjectsView>& objects_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string objects_json(const ObjectsView& objects) { return dump(objects_view().print(objects)); }
+
+void add_object_schemas(Json& components) {
+  object_view().add_to(components);
+  instance_view().add_to(components);
+  label_view().add_to(components);
+  objects_view().add_to(components);
+}
 
 }  // namespace api

@@ -12,6 +12,10 @@
 namespace api {
 namespace {
 
+struct ConvergenceView {
+  std::span<const core::ConvergencePoint> points;
+};
+
 /// Returns the 0.975 quantile of Student's t. Table: NIST/SEMATECH e-Handbook 1.3.6.7.2; beyond it
 /// the expansion in 1/df of Abramowitz and Stegun 26.7.5, whose error there is below 2e-4.
 double student_t_975(std::size_t degrees) {
@@ -87,6 +91,8 @@ Slope fit_slope(std::span<const core::ConvergencePoint> points) {
   return {slope, slope - half_width, slope + half_width};
 }
 
+namespace {
+
 const View<core::ConvergencePoint>& curve_point_view() {
   using Point = core::ConvergencePoint;
   static const View<Point> kView = {
@@ -113,8 +119,6 @@ const View<core::ConvergencePoint>& curve_point_view() {
   return kView;
 }
 
-namespace {
-
 /// A value with its 95% interval.
 const View<Slope>& slope_view() {
   static const View<Slope> kView = {
@@ -127,8 +131,6 @@ const View<Slope>& slope_view() {
         [](const Slope& s) { return number_json(s.high); }}}};
   return kView;
 }
-
-}  // namespace
 
 const View<PixelLayer>& pixel_layer_view() {
   static const View<PixelLayer> kView = {
@@ -164,9 +166,13 @@ const View<ConvergenceView>& convergence_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string convergence_json(std::span<const core::ConvergencePoint> points) {
   return dump(convergence_view().print({points}));
 }
+
+namespace {
 
 const View<PixelView>& pixel_view() {
   static const View<PixelView> kView = {
@@ -185,6 +191,8 @@ const View<PixelView>& pixel_view() {
         }}}};
   return kView;
 }
+
+}  // namespace
 
 std::string pixel_json(const PixelView& pixel) { return dump(pixel_view().print(pixel)); }
 
@@ -235,8 +243,6 @@ const View<ComparisonView>& comparison_links_view() {
   return kView;
 }
 
-}  // namespace
-
 const View<ComparisonView>& comparison_view() {
   using Compared = ComparisonView;
   static const View<Compared> kView = {
@@ -256,8 +262,19 @@ const View<ComparisonView>& comparison_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string comparison_json(const ComparisonView& comparison) {
   return dump(comparison_view().print(comparison));
 }
+
+void add_result_schemas(Json& components) {
+  curve_point_view().add_to(components);
+  convergence_view().add_to(components);
+  pixel_layer_view().add_to(components);
+  pixel_view().add_to(components);
+}
+
+void add_comparison_schemas(Json& components) { comparison_view().add_to(components); }
 
 }  // namespace api

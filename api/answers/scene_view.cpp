@@ -7,6 +7,24 @@
 namespace api {
 namespace {
 
+struct CameraView {
+  std::size_t index = 0;
+  const core::CameraDescription& camera;
+  core::Place origin;  ///< of the scene
+};
+struct SceneView {
+  std::string_view id;
+  const core::SceneSummary& summary;
+};
+struct SceneListView {
+  std::span<const std::string> scenes;  ///< texts of scene_json()
+  const std::optional<std::string>& next;
+};
+struct AssetView {
+  std::string_view id;
+  std::uint64_t bytes = 0;
+};
+
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
 // Returns the axis; `otherwise` for a node that is scaled to zero, whose camera looks along -z of
@@ -59,6 +77,8 @@ Json warning_details_shape() {
                      "Those of `warnings` that are about the scene's file, for programs.");
 }
 
+namespace {
+
 const View<CameraView>& camera_view() {
   static const View<CameraView> kView = {
       "SceneCamera",
@@ -81,8 +101,6 @@ const View<CameraView>& camera_view() {
         }}}};
   return kView;
 }
-
-namespace {
 
 Json cameras_json(const SceneView& view) {
   Json cameras = Json::array();
@@ -123,6 +141,8 @@ const View<core::PunctualLightDescription>& light_view() {
         }}}};
   return kView;
 }
+
+namespace {
 
 const View<SceneView>& scene_view() {
   static const View<SceneView> kView = {
@@ -167,9 +187,13 @@ const View<SceneView>& scene_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string scene_json(std::string_view id, const core::SceneSummary& summary) {
   return dump(scene_view().print({id, summary}));
 }
+
+namespace {
 
 const View<SceneListView>& scene_list_view() {
   static const View<SceneListView> kView = {
@@ -188,10 +212,14 @@ const View<SceneListView>& scene_list_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next) {
   return dump(scene_list_view().print({scenes, next}));
 }
+
+namespace {
 
 const View<AssetView>& asset_view() {
   static const View<AssetView> kView = {
@@ -202,8 +230,19 @@ const View<AssetView>& asset_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string asset_json(std::string_view id, std::uint64_t bytes) {
   return dump(asset_view().print({id, bytes}));
+}
+
+void add_scene_schemas(Json& components) {
+  asset_view().add_to(components);
+  warning_view().add_to(components);
+  camera_view().add_to(components);
+  light_view().add_to(components);
+  scene_view().add_to(components);
+  scene_list_view().add_to(components);
 }
 
 }  // namespace api

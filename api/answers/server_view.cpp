@@ -17,8 +17,28 @@
 namespace api {
 namespace {
 
-std::vector<std::string> texts_of(core::Options options) {
+/// A name from a registry that requests may use.
+struct TypeView {
+  std::string_view type;
+  std::string_view bias;
+  std::string_view summary;
+  std::vector<std::string> accepts;  ///< JSON pointers of the job request that it supports
+};
+
+std::vector<std::string> texts_of(const core::Options& options) {
   return {options.begin(), options.end()};
+}
+
+const View<TypeView>& type_info_view() {
+  static const View<TypeView> kView = {
+      "TypeInfo",
+      "A name that requests can use.",
+      {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
+       {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
+       {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
+       {"accepts", shape::texts("JSON pointers of the job request that it supports."),
+        [](const TypeView& t) -> Json { return t.accepts; }}}};
+  return kView;
 }
 
 template <typename Value>
@@ -181,17 +201,7 @@ std::string build_json(const ServerView& server) {
   return dump(build);
 }
 
-const View<TypeView>& type_info_view() {
-  static const View<TypeView> kView = {
-      "TypeInfo",
-      "A name that requests can use.",
-      {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
-       {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
-       {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
-       {"accepts", shape::texts("JSON pointers of the job request that it supports."),
-        [](const TypeView& t) -> Json { return t.accepts; }}}};
-  return kView;
-}
+namespace {
 
 const View<core::IntegratorEntry>& integrator_view() {
   using Entry = core::IntegratorEntry;
@@ -282,8 +292,19 @@ const View<DrainView>& drain_view() {
   return kView;
 }
 
+}  // namespace
+
 std::string drain_json(const DrainView& drain) { return dump(drain_view().print(drain)); }
 
 std::string server_json(const ServerView& server) { return dump(server_view().print(server)); }
+
+void add_server_schemas(Json& components) {
+  type_info_view().add_to(components);
+  integrator_view().add_to(components);
+  option_view().add_to(components);
+  experiment_view().add_to(components);
+  server_view().add_to(components);
+  drain_view().add_to(components);
+}
 
 }  // namespace api

@@ -235,21 +235,6 @@ const auto& test_request_table() {
   return kTable;
 }
 
-template <typename Body, typename Table>
-Parsed<Body> parse_body(const Table& table, std::string_view text) {
-  const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
-  if (!value) {
-    return value.problem();
-  }
-  Body body;
-  Faults faults;
-  read_members(table, *value, body, "", faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return body;
-}
-
 template <typename View>
 Json list_of(const Columns<View>& columns, std::span<const View> views) {
   Json list = Json::array();

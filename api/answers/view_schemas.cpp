@@ -57,11 +57,6 @@ void require_members(Json& schema) {
   schema["required"] = std::move(required);
 }
 
-template <typename S>
-void add(Json& components, const View<S>& view) {
-  components[std::string(view.component)] = view.schema();
-}
-
 }  // namespace
 
 Json as_request(Json schema) {
@@ -76,60 +71,31 @@ Json as_answer(Json schema, std::string_view doc) {
 }
 
 void add_view_schemas(Json& components) {
-  add(components, field_error_view());
-  add(components, problem_view());
+  field_error_view().add_to(components);
+  problem_view().add_to(components);
   components["JobState"] = job_state_schema();
   components["JobSpec"] =
       as_answer(job_request_schema(), "The job request with all defaults filled in.");
-  add(components, progress_view());
-  add(components, error_view());
-  add(components, light_not_found_view());
-  add(components, statistics_view());
-  add(components, denoised_view());
-  add(components, job_view());
-  add(components, job_list_view());
-  add(components, dry_run_view());
-  add(components, ticket_view());
-  add(components, state_event_view());
-  add(components, progress_event_view());
-  add(components, tile_event_view());
-  add(components, warning_event_view());
-  add(components, end_event_view());
-  add(components, reset_event_view());
-  add(components, overloaded_event_view());
-  add(components, webhook_view());
-  add(components, asset_view());
-  add(components, warning_view());
-  add(components, camera_view());
-  add(components, light_view());
-  add(components, scene_view());
-  add(components, scene_list_view());
-  add(components, curve_point_view());
-  add(components, convergence_view());
-  add(components, pixel_layer_view());
-  add(components, pixel_view());
-  add(components, meter_reading_view());
-  add(components, meter_view());
-  add(components, meter_figures_view());
-  add(components, meter_pair_view());
-  add(components, meter_comparison_view());
-  add(components, comparison_view());
-  add(components, object_view());
-  add(components, instance_view());
-  add(components, label_view());
-  add(components, objects_view());
+  progress_view().add_to(components);
+  error_view().add_to(components);
+  light_not_found_view().add_to(components);
+  statistics_view().add_to(components);
+  denoised_view().add_to(components);
+  job_view().add_to(components);
+  job_list_view().add_to(components);
+  dry_run_view().add_to(components);
+  ticket_view().add_to(components);
+  add_event_schemas(components);
+  add_scene_schemas(components);
+  add_result_schemas(components);
+  add_meter_schemas(components);
+  add_comparison_schemas(components);
+  add_object_schemas(components);
   Json defaults = job_request_schema();
   defaults["properties"].erase("scene");
   components["JobDefaults"] = as_answer(std::move(defaults), "Default values of a job request.");
-  add(components, type_info_view());
-  add(components, integrator_view());
-  add(components, option_view());
-  add(components, experiment_view());
-  add(components, server_view());
-  add(components, drain_view());
-  add(components, lab_point_view());
-  add(components, lab_outcome_view());
-  add(components, lab_cancelled_view());
+  add_server_schemas(components);
+  add_lab_schemas(components);
 }
 
 }  // namespace api

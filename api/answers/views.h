@@ -1,5 +1,5 @@
-/// Views of the responses: printers and schemas in one (api/json/view_rows.h). Those with a
-/// component name are listed in api/answers/view_schemas.cpp.
+/// Views of the responses that several files need: printers and schemas in one
+/// (api/json/view_rows.h). The others are in their files.
 #pragma once
 
 #include <optional>
@@ -30,54 +30,6 @@ struct TicketView {
   std::string_view ticket;
   double ends_unix_seconds = 0;
   std::span<const std::string> jobs;
-};
-struct TileEventView {
-  std::string_view job_id;
-  const TileEvent& tile;
-};
-struct WebhookView {
-  EventType type = EventType::kEnd;
-  double unix_seconds = 0;
-  const JobView& job;
-};
-struct OverloadedView {
-  int retry_after_seconds = 0;
-};
-struct CameraView {
-  std::size_t index = 0;
-  const core::CameraDescription& camera;
-  core::Place origin;  ///< of the scene
-};
-struct SceneView {
-  std::string_view id;
-  const core::SceneSummary& summary;
-};
-struct SceneListView {
-  std::span<const std::string> scenes;  ///< texts of scene_json()
-  const std::optional<std::string>& next;
-};
-struct AssetView {
-  std::string_view id;
-  std::uint64_t bytes = 0;
-};
-struct ConvergenceView {
-  std::span<const core::ConvergencePoint> points;
-};
-/// A point of two meters.
-struct MeterPairView {
-  const core::MeterReading& a;
-  const core::MeterReading& b;
-};
-struct MeterComparisonView {
-  const MeterOfJob& a;
-  const MeterOfJob& b;
-};
-/// A name from a registry that requests may use.
-struct TypeView {
-  std::string_view type;
-  std::string_view bias;
-  std::string_view summary;
-  std::vector<std::string> accepts;  ///< JSON pointers of the job request that it supports
 };
 
 // api/json/errors.cpp
@@ -112,55 +64,23 @@ const ViewRow<JobView>& denoised_row();
 const View<DryRunView>& dry_run_view();
 const View<TicketView>& ticket_view();
 
-// api/answers/events.cpp
-const View<JobView>& state_event_view();
-const View<JobView>& progress_event_view();
-const View<JobView>& end_event_view();
-const View<TileEventView>& tile_event_view();
-const View<std::string_view>& warning_event_view();
-const View<std::string_view>& reset_event_view();
-const View<OverloadedView>& overloaded_event_view();
-const View<WebhookView>& webhook_view();
-
 // api/answers/scene_view.cpp
 const View<core::Warning>& warning_view();
 /// Shape of the member `warning_details`.
 Json warning_details_shape();
-const View<CameraView>& camera_view();
 const View<core::PunctualLightDescription>& light_view();
-const View<SceneView>& scene_view();
-const View<SceneListView>& scene_list_view();
-const View<AssetView>& asset_view();
-
-// api/answers/result_view.cpp
-const View<core::ConvergencePoint>& curve_point_view();
-const View<PixelLayer>& pixel_layer_view();
-const View<ConvergenceView>& convergence_view();
-const View<PixelView>& pixel_view();
-const View<core::MeterReading>& meter_reading_view();
-const View<MeterOfJob>& meter_view();
-const View<MeterOfJob>& meter_figures_view();
-const View<MeterPairView>& meter_pair_view();
-const View<MeterComparisonView>& meter_comparison_view();
-const View<ComparisonView>& comparison_view();
-
-// api/answers/objects_view.cpp
-const View<ObjectView>& object_view();
-const View<InstanceView>& instance_view();
-const View<LabelView>& label_view();
-const View<ObjectsView>& objects_view();
 
 // api/answers/lab_view.cpp
-const View<core::lab::Point>& lab_point_view();
-const View<LabOutcomeView>& lab_outcome_view();
-const View<std::monostate>& lab_cancelled_view();
 const View<core::lab::Experiment>& experiment_view();
 
-// api/answers/server_view.cpp
-const View<TypeView>& type_info_view();
-const View<core::IntegratorEntry>& integrator_view();
-const View<OptionRow>& option_view();
-const View<DrainView>& drain_view();
-const View<ServerView>& server_view();
+/// Add the schemas of a file's views to the components of the OpenAPI document.
+void add_event_schemas(Json& components);
+void add_scene_schemas(Json& components);
+void add_result_schemas(Json& components);
+void add_meter_schemas(Json& components);
+void add_comparison_schemas(Json& components);
+void add_object_schemas(Json& components);
+void add_server_schemas(Json& components);
+void add_lab_schemas(Json& components);
 
 }  // namespace api

@@ -69,21 +69,6 @@ const auto& unit_table() {
   return kTable;
 }
 
-template <typename Body, typename Table>
-Parsed<Body> parse_body(const Table& table, std::string_view text) {
-  const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
-  if (!value) {
-    return value.problem();
-  }
-  Body body;
-  Faults faults;
-  read_members(table, *value, body, "", faults);
-  if (!faults.empty()) {
-    return faults.problem();
-  }
-  return body;
-}
-
 const View<WorkerOrders>& orders_view() {
   static const View<WorkerOrders> kView = {
       "WorkerOrders",

@@ -14,96 +14,11 @@
 #include "api/json/faults.h"
 #include "api/json/field_rows.h"
 #include "api/json/json.h"
+#include "api/json/limits.h"
 #include "api/json/values.h"
 #include "core/settings/choices.h"
 
 namespace api {
-
-/// Uses the inner row while `applies(s)`, which examines members read earlier. Otherwise the member
-/// is refused (except null, so that merge patches can remove it) and not printed.
-template <typename Row, typename Applies>
-struct WhenRow {
-  Row row;
-  Applies applies;
-  std::string_view otherwise;  ///< "applies only to type 'power'"
-
-  constexpr std::string_view name() const { return row.name(); }
-  static constexpr bool required() { return false; }
-  template <typename S>
-  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
-    if (value.is_null()) {
-      return;
-    }
-    if (!applies(std::as_const(out))) {
-      faults.add(pointer, std::string(otherwise));
-      return;
-    }
-    row.read(value, out, pointer, faults);
-  }
-  template <typename S>
-  void print(const S& s, Json& object) const {
-    if (applies(s)) {
-      row.print(s, object);
-    }
-  }
-  template <typename S>
-  void schema(const S& defaults, Json& properties) const {
-    row.schema(defaults, properties);
-    properties[std::string(row.name())][kMayBeAbsent] = true;
-  }
-};
-
-/// Uses the inner row while the registry row of the value chosen by `type` accepts the member's
-/// pointer; otherwise as WhenRow.
-template <typename Row, typename Type, typename Entries>
-struct AcceptedRow {
-  Row row;
-  std::string_view pointer;
-  Type type;        ///< accessor of the chosen value
-  Entries entries;  ///< its registry
-
-  constexpr std::string_view name() const { return row.name(); }
-  static constexpr bool required() { return false; }
-  template <typename Entry>
-  bool is_accepted_by(const Entry& entry) const {
-    return std::find(entry.accepts.begin(), entry.accepts.end(), pointer) != entry.accepts.end();
-  }
-  template <typename S>
-  bool applies(const S& s) const {
-    return is_accepted_by(core::row_of(entries(), type(s)));
-  }
-  std::string otherwise() const {
-    std::string names;
-    for (const auto& entry : entries()) {
-      if (is_accepted_by(entry)) {
-        names += (names.empty() ? "type '" : ", '") + std::string(entry.name) + "'";
-      }
-    }
-    return "applies only to " + names;
-  }
-  template <typename S>
-  void read(const Json& value, S& out, const std::string& at, Faults& faults) const {
-    if (value.is_null()) {
-      return;
-    }
-    if (!applies(out)) {
-      faults.add(at, otherwise());
-      return;
-    }
-    row.read(value, out, at, faults);
-  }
-  template <typename S>
-  void print(const S& s, Json& object) const {
-    if (applies(s)) {
-      row.print(s, object);
-    }
-  }
-  template <typename S>
-  void schema(const S& defaults, Json& properties) const {
-    row.schema(defaults, properties);
-    properties[std::string(row.name())][kMayBeAbsent] = true;
-  }
-};
 
 /// Prints the inner row only while `applies(s)`.
 template <typename Row, typename Applies>
@@ -127,6 +42,48 @@ struct ShownIfRow {
   void schema(const S& defaults, Json& properties) const {
     row.schema(defaults, properties);
     properties[std::string(row.name())][kMayBeAbsent] = true;
+  }
+};
+
+/// Uses the inner row while `applies(s)`, which examines members read earlier. Otherwise the member
+/// is refused (except null, so that merge patches can remove it) and not printed.
+template <typename Row, typename Applies, typename Otherwise>
+struct WhenRow : ShownIfRow<Row, Applies> {
+  Otherwise otherwise;  ///< returns why: "applies only to type 'power'"
+
+  static constexpr bool required() { return false; }
+  template <typename S>
+  void read(const Json& value, S& out, const std::string& pointer, Faults& faults) const {
+    if (value.is_null()) {
+      return;
+    }
+    if (!this->applies(std::as_const(out))) {
+      faults.add(pointer, otherwise());
+      return;
+    }
+    this->row.read(value, out, pointer, faults);
+  }
+};
+
+/// For WhenRow: while the registry row of the value chosen by `type` accepts the option.
+template <typename Type, typename Entries>
+struct AcceptedBy {
+  std::string_view pointer;
+  Type type;        ///< accessor of the chosen value
+  Entries entries;  ///< its registry
+
+  template <typename S>
+  bool operator()(const S& s) const {
+    return core::row_of(entries(), type(s)).accepts.has(pointer);
+  }
+  std::string operator()() const {
+    std::string names;
+    for (const auto& entry : entries()) {
+      if (entry.accepts.has(pointer)) {
+        names += (names.empty() ? "type '" : ", '") + std::string(entry.name) + "'";
+      }
+    }
+    return "applies only to " + names;
   }
 };
 
@@ -184,6 +141,21 @@ void read_members(const Table& table, const Json& value, S& out, const std::stri
     }
   };
   std::apply([&](const auto&... row) { (read_row(row), ...); }, table);
+}
+
+/// Reads the members of a JSON body. body: the defaults.
+template <typename Body, typename Table>
+Parsed<Body> parse_body(const Table& table, std::string_view text, Body body = {}) {
+  const Parsed<Json> value = parse_json(text, limits::kBodyBytes);
+  if (!value) {
+    return value.problem();
+  }
+  Faults faults;
+  read_members(table, *value, body, "", faults);
+  if (!faults.empty()) {
+    return faults.problem();
+  }
+  return body;
 }
 
 template <typename Table, typename S>
@@ -271,11 +243,13 @@ constexpr auto group(std::string_view key, std::string_view doc, Rows... rows) {
 }
 template <typename Applies, typename Row>
 constexpr auto when(Applies applies, std::string_view otherwise, Row row) {
-  return WhenRow<Row, Applies>{row, applies, otherwise};
+  const auto why = [otherwise] { return std::string(otherwise); };
+  return WhenRow<Row, Applies, decltype(why)>{{row, applies}, why};
 }
 template <typename Type, typename Entries, typename Row>
 constexpr auto option_of(std::string_view pointer, Type type, Entries entries, Row row) {
-  return AcceptedRow<Row, Type, Entries>{row, pointer, type, entries};
+  using By = AcceptedBy<Type, Entries>;
+  return WhenRow<Row, By, By>{{row, {pointer, type, entries}}, {pointer, type, entries}};
 }
 template <typename Has, typename Row>
 constexpr auto nullable(Has has, Row row) {

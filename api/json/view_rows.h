@@ -54,6 +54,7 @@ struct View {
     made["additionalProperties"] = false;
     return made;
   }
+  void add_to(Json& components) const { components[std::string(component)] = schema(); }
   /// Returns the shape of a member that this view prints.
   Json shape() const { return component.empty() ? schema() : shape::reference(component); }
 };

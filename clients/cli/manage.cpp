@@ -90,27 +90,6 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
   return kDone;
 }
 
-/// Sends POST /v1/jobs/{id}/VERB for each job and prints the resulting states.
-int change_jobs(const char* verb, const ServerFlags& server, const std::vector<std::string>& ids) {
-  auto client = ApiClient::connect(server.url, server.key);
-  if (!client) {
-    return complain(verb, client.error());
-  }
-  int code = kDone;
-  for (const std::string& id : ids) {
-    const auto path = job_path(**client, id);
-    const auto reply = path ? (*client)->post(*path + "/" + verb, "", "application/json")
-                            : core::Result<Reply>(path.error());
-    if (!reply) {
-      code = complain(verb, reply.error());
-      continue;
-    }
-    const Json job = parse_object(reply->body);
-    std::printf("%s %s\n", text_at(job, "id", id).c_str(), text_at(job, "state").c_str());
-  }
-  return code;
-}
-
 int drain_server(const ServerFlags& server, bool ends, bool waits) {
   auto client = ApiClient::connect(server.url, server.key);
   if (!client) {
@@ -130,15 +109,6 @@ int drain_server(const ServerFlags& server, bool ends, bool waits) {
     std::this_thread::sleep_for(kDrainPoll);
     reply = (*client)->get("/v1/drain");
   }
-}
-
-int change_verb(const char* verb, const char* words, const Args& args) {
-  CLI::App app(words, std::string("tessera ") + verb);
-  ServerFlags server;
-  std::vector<std::string> ids;
-  app.add_option("id", ids, "Jobs")->required()->type_name("ID...");
-  add_server_flags(app, server);
-  return parse_and_run(app, args, [&] { return change_jobs(verb, server, ids); });
 }
 
 }  // namespace
@@ -165,17 +135,6 @@ int jobs(const Args& args) {
   app.add_flag("--json", flags.json, "Print the jobs as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return list_jobs(server, flags); });
-}
-
-int cancel(const Args& args) {
-  return change_verb("cancel", "Cancels jobs; their images so far are kept.", args);
-}
-
-int retry(const Args& args) {
-  return change_verb("retry",
-                     "Queues failed jobs again, from their last checkpoints, and doubted ones, "
-                     "whose images may be wrong, from their beginning.",
-                     args);
 }
 
 int drain(const Args& args) {

@@ -1,4 +1,4 @@
-// The verbs that show or change one job: show, pause, resume, extend, delete.
+// The verbs that show or change jobs: show, pause, resume, cancel, retry, extend, delete.
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -173,6 +173,22 @@ int resume_jobs(const Args& args) {
   return steering_verb(
       "resume", "Resumes paused jobs.", args,
       [](ApiClient& client, const std::string& path) { return set_paused(client, path, false); });
+}
+
+int cancel(const Args& args) {
+  return steering_verb("cancel", "Cancels jobs; their images so far are kept.", args,
+                       [](ApiClient& client, const std::string& path) {
+                         return client.post(path + "/cancel", "", "application/json");
+                       });
+}
+
+int retry(const Args& args) {
+  return steering_verb("retry",
+                       "Queues failed jobs again, from their last checkpoints, and doubted ones, "
+                       "whose images may be wrong, from their beginning.",
+                       args, [](ApiClient& client, const std::string& path) {
+                         return client.post(path + "/retry", "", "application/json");
+                       });
 }
 
 int delete_jobs(const Args& args) {

@@ -1,42 +1,41 @@
 /// The random numbers of a path by use. They come in groups of four, which are stratified together.
 ///
-/// tests/tidy compares this table with the sources: no number has two uses, and each file draws
-/// from exactly the groups that list it.
+/// tests/tidy compares this table with the sources: no number has two uses, and the last column is
+/// what they draw (tests/tidy/tidy_test.py --numbers writes it).
 ///
 ///   group   number  use                                   drawn in
-///   camera  x y     position on the film                  camera_sample wave_tracer mlt census
-///                                                         cached_irradiance
-///   camera  z w     position on the lens                  camera_sample wave_tracer mlt census
-///                                                         cached_irradiance
-///   light   x       which light                           path direct_light bdpt irradiance
-///                                                         shared_lights path_media wave_tracer
-///                                                         lane_fog
-///   light   y z     where on it                           path direct_light bdpt irradiance
-///                                                         shared_lights path_media wave_tracer
-///                                                         lane_fog
-///   light   w       Russian roulette of the path          path bdpt shared_lights path_media
-///                                                         wave_tracer lane_fog
-///   bsdf    x       which lobe                            path direct light_path bdpt light_trace
-///                                                         photon_mapping catcher census
-///                                                         wave_tracer feature_pass
-///   bsdf    y z     direction                             path direct light_path bdpt irradiance
-///                                                         light_trace photon_mapping
-///                                                         cached_irradiance catcher census
-///                                                         path_media wave_tracer lane_fog
-///                                                         feature_pass
+///   camera  x y     position on the film                  cached_irradiance camera_sample census
+///                                                         mlt wave_tracer
+///   camera  z w     position on the lens                  cached_irradiance camera_sample census
+///                                                         mlt wave_tracer
+///   light   x       which light                           bdpt direct_light irradiance lane_fog
+///                                                         path path_media shared_lights
+///                                                         wave_tracer
+///   light   y z     where on it                           bdpt direct_light irradiance lane_fog
+///                                                         path path_media shared_lights
+///                                                         wave_tracer
+///   light   w       Russian roulette of the path          bdpt lane_fog path path_media
+///                                                         shared_lights wave_tracer
+///   bsdf    x       which lobe                            bdpt catcher census direct feature_pass
+///                                                         light_path light_trace path
+///                                                         photon_mapping wave_tracer
+///   bsdf    y z     direction                             bdpt cached_irradiance catcher census
+///                                                         direct feature_pass irradiance lane_fog
+///                                                         light_path light_trace path path_media
+///                                                         photon_mapping wave_tracer
 ///   bsdf    w       delta lobe or not, where directions   path
 ///                   do not follow the BSDF
-///   volume  x       which channel's extinction            medium_sample lane_fog
-///   volume  y       how far within a medium               medium_sample lane_fog
+///   volume  x       which channel's extinction            lane_fog medium_sample
+///   volume  y       how far within a medium               lane_fog medium_sample
 ///   volume  z       wavelengths of a spectral path        path wave_tracer
-///   volume  w       hero wavelength                       surface_event scene_colors bdpt
-///   choice  x       which of several light candidates,    path shared_lights catcher
-///                   or a turn of a softened shadow        lane_shadows
-///   choice  y       Russian roulette of the shadow ray,   path catcher
+///   volume  w       hero wavelength                       bdpt scene_colors surface_event
+///   choice  x       which of several light candidates,    catcher lane_shadows path shared_lights
+///                   or a turn of a softened shadow
+///   choice  y       Russian roulette of the shadow ray,   catcher path
 ///                   or that turn
-///   choice  z       which of the shared light samples,    shared_lights catcher
+///   choice  z       which of the shared light samples,    catcher shared_lights
 ///                   or the turn of a direction's shadow
-///   choice  w       whether the light tree is asked for   shared_lights catcher
+///   choice  w       whether the light tree is asked for   catcher shared_lights
 ///                   the density of a neighbour's sample,
 ///                   or that turn
 ///   start   x       which light a light path starts at    light_path
@@ -45,13 +44,12 @@
 ///                   of a census counts, in a tile
 ///   aim     x y     its direction                         light_path
 ///   aim     z       the same in the picture               census
-///   vertex  x y     position on the lens                  light_trace bdpt
-///   vertex  z       Russian roulette of a light path      light_path bdpt
+///   vertex  x y     position on the lens                  bdpt light_trace
+///   vertex  z       Russian roulette of a light path      bdpt light_path
 ///   stretch x       which light, for a stretch of medium  path_media
 ///   stretch y z     where on it                           path_media
 ///   stretch w       how far along the stretch             path_media
-///   time    x       when within the open shutter          renderer feature_pass
-///                                                         wave_tracer
+///   time    x       when within the open shutter          feature_pass renderer wave_tracer
 ///   extra   0..     holes along a segment                 intersect visibility wave_tracer
 ///   extra   2^30..  volume x and y, behind holes in       medium_sample
 ///                   solids

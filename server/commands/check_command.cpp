@@ -21,7 +21,7 @@
 #include "server/commands/check_film.h"
 #include "server/config/config.h"
 #include "server/jobs/job_record.h"
-#include "server/routes/look_file.h"
+#include "server/routes/first_image_file.h"
 #include "server/store/comparison_store.h"
 #include "server/store/data_dir.h"
 #include "server/store/database.h"
@@ -157,8 +157,8 @@ void check_film_of(const JobRow& row, const DataDir& data, Findings& findings) {
   }
 }
 
-void check_look(const std::string& job, const DataDir& data, Findings& findings) {
-  const core::Status whole = check_looks(data.look_path(job));
+void check_first_images_of(const std::string& job, const DataDir& data, Findings& findings) {
+  const core::Status whole = check_first_images(data.first_images_path(job));
   if (!whole && whole.error().code != core::ErrorCode::kNotFound) {
     findings.damages.push_back("looks/" + job + ": " + whole.error().message +
                                "; remove it, and its images are made from the film");
@@ -180,7 +180,7 @@ void find_leftovers(const std::string& folder, const std::set<std::string>& know
 void check_jobs(Database& database, const DataDir& data, Findings& findings) {
   JobTable table(database);
   std::set<std::string> films;
-  std::set<std::string> looks;
+  std::set<std::string> first_images;
   JobQuery query;
   query.limit = kCheckPage;
   while (true) {
@@ -192,9 +192,9 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
     for (const JobRow& row : *rows) {
       ++findings.jobs;
       films.insert(row.id + ".film");
-      looks.insert(row.id);
+      first_images.insert(row.id);
       check_film_of(row, data, findings);
-      check_look(row.id, data, findings);
+      check_first_images_of(row.id, data, findings);
       query.before = row.sequence;
     }
     if (static_cast<int>(rows->size()) < kCheckPage) {
@@ -202,7 +202,7 @@ void check_jobs(Database& database, const DataDir& data, Findings& findings) {
     }
   }
   find_leftovers(data.films_path(), films, "film file ", findings);
-  find_leftovers(data.looks_path(), looks, "look file ", findings);
+  find_leftovers(data.first_images_path(), first_images, "look file ", findings);
 }
 
 void check_comparisons(Database& database, const DataDir& data, Findings& findings) {

@@ -16,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kWriteShare = 20;
 /// Fraction of the interval after which writing begins, so that it completes within the interval.
 constexpr double kBegin = 0.8;
-/// Between two looks for jobs whose checkpoint is due.
+/// Between two searches for jobs whose checkpoint is due.
 constexpr std::chrono::milliseconds kPauseMost{1000};
 
 }  // namespace
@@ -72,10 +72,10 @@ std::chrono::milliseconds Checkpoints::pause() const {
 }
 
 void Checkpoints::save_due(const std::stop_token& stop) {
-  if (Clock::now() < next_look_) {
+  if (Clock::now() < next_check_) {
     return;
   }
-  next_look_ = Clock::now() + pause();
+  next_check_ = Clock::now() + pause();
   std::map<std::string, Clock::time_point> saved_at;  // of the jobs that still run
   for (const JobPointer& job : parts_.book.with_slots()) {
     const auto run = job->run();

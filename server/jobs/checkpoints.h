@@ -48,7 +48,7 @@ class Checkpoints {
   const double seconds_;
   const std::function<void(const JobPointer&)> on_full_disk_;
   std::map<std::string, std::chrono::steady_clock::time_point> saved_at_;  ///< by save_due()
-  std::chrono::steady_clock::time_point next_look_;                        ///< of save_due()
+  std::chrono::steady_clock::time_point next_check_;                       ///< of save_due()
 };
 
 }  // namespace server

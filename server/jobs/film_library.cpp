@@ -241,12 +241,13 @@ core::Result<std::uint64_t> FilmLibrary::write_new(const std::string& id, const 
 }
 
 void FilmLibrary::remove_loose(const std::string& id) {
-  Status removed = remove_file(parts_.data.look_path(id));  // First: nothing else refers to it.
+  Status removed =
+      remove_file(parts_.data.first_images_path(id));  // First: nothing else refers to it.
   if (removed) {
     removed = remove_file(parts_.data.film_path(id));
   }
   // Otherwise a power failure could bring back files that nothing refers to.
-  for (const std::string& folder : {parts_.data.looks_path(), parts_.data.films_path()}) {
+  for (const std::string& folder : {parts_.data.first_images_path(), parts_.data.films_path()}) {
     removed = removed ? sync_directory(folder) : removed;
   }
   const Status forgotten = removed ? parts_.table.forget_loose_film(id) : removed;

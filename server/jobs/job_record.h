@@ -21,7 +21,7 @@ struct JobRecord {
   std::int64_t sequence = 0;
   std::string tenant = {};  ///< The owner; empty: the operator.
   FilmPlace film = FilmPlace::kNone;
-  std::uint64_t film_bytes = 0;  ///< On disk, with its look file.
+  std::uint64_t film_bytes = 0;  ///< On disk, with its file of first images.
   std::optional<core::Error> failure;
   std::set<std::string> unverified;  ///< Workers with unverified results in the film.
 };

@@ -26,7 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPilotsAtATime = 4;
-/// Between two looks at jobs that wait for room.
+/// Between two attempts to start jobs that wait for room.
 constexpr std::chrono::milliseconds kUpkeepPause{250};
 constexpr double kHousekeepingSeconds = 600;
 constexpr double kForgetSeconds = 1;
@@ -321,8 +321,9 @@ int JobService::jobs_without_room() const {
   return count;
 }
 
-core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec, const std::string& tenant,
-                                                const std::stop_token& stop) {
+core::Result<api::CostView> JobService::estimate(const api::JobSpec& spec,
+                                                 const std::string& tenant,
+                                                 const std::stop_token& stop) {
   // Loads scenes only in its turn: otherwise the scenes of many dry runs would be in memory at the
   // same time.
   const auto turn = pilots_.take(tenant, stop, std::nullopt);
@@ -345,7 +346,7 @@ core::Result<CostEstimate> JobService::estimate(const api::JobSpec& spec, const 
   if (!worked) {
     return Error{ErrorCode::kUnavailable, "the pilot could not be rendered in time", ""};
   }
-  CostEstimate cost = pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
+  api::CostView cost = pilot->estimate(spec, scheduler_.threads(), options_.samples_max);
   cost.memory_bytes_low = static_cast<double>(memory.film_bytes);
   cost.memory_bytes_high = static_cast<double>(memory.bytes());
   cost.memory_bytes =

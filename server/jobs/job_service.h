@@ -117,8 +117,8 @@ class JobService {
   /// Estimates the cost of a job from a pilot rendered between other jobs' slices; waits at most
   /// some seconds. Errors: of loading the scene; kUnavailable when the pilot got no slice;
   /// kCancelled when a stop was requested.
-  core::Result<CostEstimate> estimate(const api::JobSpec& spec, const std::string& tenant,
-                                      const std::stop_token& stop);
+  core::Result<api::CostView> estimate(const api::JobSpec& spec, const std::string& tenant,
+                                       const std::stop_token& stop);
 
   /// body: JSON merge patch. if_versions: accepted values of spec_version. Refused: 409, 412, 422.
   Verdict patch(const JobPointer& job, std::string_view body,

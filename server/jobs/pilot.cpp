@@ -139,7 +139,7 @@ bool Pilot::wait(const std::stop_token& stop) {
   return task_.progress().samples_min > 0;
 }
 
-CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_max) const {
+api::CostView Pilot::estimate(const api::JobSpec& spec, int threads, int samples_max) const {
   const core::Progress progress = task_.progress();
   const core::StopRules& stop = spec.stop;
   const double most = samples_max;
@@ -170,7 +170,7 @@ CostEstimate Pilot::estimate(const api::JobSpec& spec, int threads, int samples_
   const PathCost cost = path_cost(*film_);
   const double pixels = pixels_of(crop_of(spec.render.film)) +
                         static_cast<double>(spec.render.meter.count()) * core::kMeterReplicates;
-  CostEstimate out;
+  api::CostView out;
   out.samples_per_pixel = std::min(samples, most);
   out.cpu_seconds = pixels * out.samples_per_pixel * cost.mean;
   out.seconds = out.cpu_seconds / threads;

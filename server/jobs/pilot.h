@@ -8,25 +8,13 @@
 #include <stop_token>
 #include <string>
 
+#include "api/answers/dry_run.h"
 #include "api/job/job_spec.h"
 #include "core/base/mutex.h"
 #include "core/render/task/render_task.h"
 #include "server/jobs/scheduler.h"
 
 namespace server {
-
-struct CostEstimate {
-  double seconds = 0;  ///< On an idle server with the given number of threads.
-  double seconds_low = 0;
-  double seconds_high = 0;
-  double cpu_seconds = 0;
-  double samples_per_pixel = 0;  ///< Required by the stop rules.
-  double memory_bytes = 0;       ///< Film and scene.
-  double memory_bytes_low = 0;   ///< The film alone, if the scene is loaded already.
-  ///< Memory reserved at admission: the larger of loading and rendering.
-  double memory_bytes_high = 0;
-  double pilot_cpu_seconds = 0;
-};
 
 /// CPU seconds per sample of one pixel.
 struct PathCost {
@@ -53,7 +41,7 @@ class Pilot final : public SliceSource, private core::RenderSink {
   bool wait(const std::stop_token& stop);
   /// spec: of the whole job. The interval is that of path_cost(), and of the samples for an error
   /// target. Memory is not filled in.
-  CostEstimate estimate(const api::JobSpec& spec, int threads, int samples_max) const;
+  api::CostView estimate(const api::JobSpec& spec, int threads, int samples_max) const;
 
  private:
   void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}

@@ -14,8 +14,8 @@ namespace server {
 
 class TileFrames {
  public:
-  /// What 64 threads commit between two looks of a stream: two commit 1.6 MB of frames in a second
-  /// (tests/bench/run --api-load), and streams look every 30 ms. Part of what the memory limit sets
+  /// What 64 threads commit between two polls of a stream: two commit 1.6 MB of frames in a second
+  /// (tests/bench/run --api-load), and streams poll every 30 ms. Part of what the memory limit sets
   /// aside for the process.
   static constexpr std::uint64_t kBytes = std::uint64_t{4} << 20U;
 

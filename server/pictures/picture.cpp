@@ -19,7 +19,7 @@
 #include "core/layers/layers.h"
 #include "core/settings/choices.h"
 #include "core/settings/light_shares.h"
-#include "server/pictures/denoised_look.h"
+#include "server/pictures/denoised_facts.h"
 #include "server/pictures/false_colors.h"
 #include "server/pictures/image_scale.h"
 
@@ -266,10 +266,8 @@ std::vector<float> all_weights(const core::Film& film, std::span<const float> mi
   return weights;
 }
 
-}  // namespace
-
-core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Picture& picture,
-                                                std::chrono::milliseconds patience) const {
+/// Returns why the film or the format has no such image.
+std::optional<Error> refused(const core::Film& film, const Picture& picture) {
   if (picture.query.range && (is_color(picture.query) || picture.format.high_dynamic_range)) {
     return Error{ErrorCode::kInvalidArgument,
                  "only layers of data (such as depth and normal) in display formats have a range",
@@ -283,14 +281,17 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (picture.query.parts && !shows_all_layers(picture)) {
     return Error{ErrorCode::kInvalidArgument, "only an EXR of all layers has parts", "/parts"};
   }
-  if (const auto refused = refused_mix(film, picture)) {
-    return *refused;
-  }
-  if (const auto refused = refused_ids(picture)) {
-    return *refused;
-  }
-  if (const auto refused = refused_fireflies(picture)) {
-    return *refused;
+  auto fault = refused_mix(film, picture);
+  fault = fault ? fault : refused_ids(picture);
+  return fault ? fault : refused_fireflies(picture);
+}
+
+}  // namespace
+
+core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Picture& picture,
+                                                std::chrono::milliseconds patience) const {
+  if (auto fault = refused(film, picture)) {
+    return *std::move(fault);
   }
   const std::uint64_t bytes = working_bytes(film, picture);
   // The film itself is held too.

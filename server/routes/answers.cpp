@@ -55,12 +55,15 @@ api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, bool 
   return *std::move(job);
 }
 
-std::optional<std::int64_t> cursor_sequence(const std::string& cursor) {
+core::Result<std::optional<std::int64_t>> page_start(const std::string& cursor) {
+  if (cursor.empty()) {
+    return std::optional<std::int64_t>();
+  }
   const auto number = parse_decimal(cursor);
   if (!number || *number > static_cast<std::uint64_t>(INT64_MAX)) {
-    return std::nullopt;
+    return core::Error{core::ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"};
   }
-  return static_cast<std::int64_t>(*number);
+  return std::optional(static_cast<std::int64_t>(*number));
 }
 
 Response list_answer(const Request& request, std::string json,

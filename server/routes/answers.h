@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/problem.h"
 #include "core/base/result.h"
@@ -22,8 +23,18 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
 api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request,
                                  bool needs_image = false);
 
-/// Returns the sequence before which the next page starts. Empty: not a valid cursor.
-std::optional<std::int64_t> cursor_sequence(const std::string& cursor);
+/// Returns the sequence before which a page starts; empty: at the newest row. Errors: kBadSyntax at
+/// "/cursor".
+core::Result<std::optional<std::int64_t>> page_start(const std::string& cursor);
+/// Removes the row after the page, if there is one, and returns the cursor of the next page.
+template <typename Row>
+std::optional<std::string> next_page(std::vector<Row>& rows, int limit) {
+  if (static_cast<int>(rows.size()) <= limit) {
+    return std::nullopt;
+  }
+  rows.pop_back();
+  return std::to_string(rows.back().sequence);
+}
 /// Returns a list page: JSON, and Link: rel="next" when there is more.
 Response list_answer(const Request& request, std::string json,
                      const std::optional<std::string>& next);

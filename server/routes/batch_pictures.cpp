@@ -9,7 +9,7 @@
 #include <fcntl.h>
 
 #include "core/base/zip_writer.h"
-#include "server/pictures/denoised_look.h"
+#include "server/pictures/denoised_facts.h"
 #include "server/store/files.h"
 #include "server/store/uuid.h"
 

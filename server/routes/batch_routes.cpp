@@ -90,11 +90,11 @@ Response list_batches(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const auto before = cursor_sequence(query->cursor);
-  if (!query->cursor.empty() && !before) {
-    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
+  const auto before = page_start(query->cursor);
+  if (!before) {
+    return error_answer(request, before.error());
   }
-  const auto page = context.batches.list(before, query->limit, request.access);
+  const auto page = context.batches.list(*before, query->limit, request.access);
   if (!page) {
     return error_answer(request, page.error());
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/answers/dry_run.h"
 #include "api/answers/job_view.h"
 #include "api/job/picture_origin.h"
 #include "api/json/error_codes.h"
@@ -18,7 +19,6 @@
 #include "server/http/text.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
-#include "server/routes/estimate.h"
 #include "server/routes/job_answers.h"
 
 namespace server {
@@ -54,7 +54,7 @@ Response dry_run(const RouteContext& context, const Request& request, api::Parse
   if (!cost) {
     return error_answer(request, cost.error());
   }
-  return json_response(200, dry_run_json(checked->job, *cost));
+  return json_response(200, api::dry_run_json({.job = checked->job, .cost = *cost}));
 }
 
 Response submitted_answer(const RouteContext& context, const Request& request,
@@ -189,10 +189,11 @@ Response list_jobs(const RouteContext& context, Request& request) {
   wanted.stored = query->job_class != api::ListQuery::Class::kPreview;
   wanted.previews = query->job_class != api::ListQuery::Class::kNormal;
   wanted.title = query->name;
-  wanted.before = cursor_sequence(query->cursor);
-  if (!query->cursor.empty() && !wanted.before) {
-    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
+  const auto before = page_start(query->cursor);
+  if (!before) {
+    return error_answer(request, before.error());
   }
+  wanted.before = *before;
   for (const api::JobState state : query->states) {
     wanted.states.emplace_back(api::to_text(state));
   }

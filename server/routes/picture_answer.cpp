@@ -15,11 +15,11 @@
 #include "core/layers/exposure.h"
 #include "server/http/conditional.h"
 #include "server/http/negotiation.h"
-#include "server/pictures/denoised_look.h"
+#include "server/pictures/denoised_facts.h"
 #include "server/pictures/image_look.h"
 #include "server/pictures/picture.h"
 #include "server/routes/answers.h"
-#include "server/routes/look_file.h"
+#include "server/routes/first_image_file.h"
 
 namespace server {
 
@@ -50,7 +50,7 @@ core::PixelRect crop_of(const core::FilmSettings& film) {
 
 core::Result<EncodedPicture> stored_look(const RouteContext& context, const Job& job,
                                          const std::string& key) {
-  auto look = read_look(context.data.look_path(job.id()), key);
+  auto look = read_first_image(context.data.first_images_path(job.id()), key);
   if (!look && look.error().code != ErrorCode::kNotFound) {
     context.log.write(LogLevel::kWarning, "look_damaged",
                       {{"job", job.id()}, {"detail", look.error().message}});
@@ -145,6 +145,52 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
   return view ? view->scene : nullptr;
 }
 
+namespace {
+
+/// The image follows the job's revision and the client's Accept.
+Response validated(Response response, const std::string& etag) {
+  response.headers.set("ETag", etag);
+  response.headers.set("Cache-Control", "no-cache");
+  response.headers.add("Vary", "Accept");
+  return response;
+}
+
+void set_figures(const EncodedPicture& encoded, Headers& headers) {
+  if (encoded.range) {
+    headers.set("X-Tessera-Range", api::number_text(static_cast<double>(encoded.range->low)) + "," +
+                                       api::number_text(static_cast<double>(encoded.range->high)));
+  }
+  if (encoded.set_aside) {
+    headers.set("X-Tessera-Set-Aside", percent_text(*encoded.set_aside));
+  }
+  if (encoded.exposure_stops) {
+    headers.set("X-Tessera-Exposure",
+                core::exposure_text(static_cast<double>(*encoded.exposure_stops)));
+  }
+}
+
+void set_error(const api::JobView& view, const std::optional<api::DenoisedView>& denoised,
+               const api::ImageQuery& query, Headers& headers) {
+  headers.set("X-Tessera-Bias", api::bias_of(view));
+  core::ErrorInterval error = view.progress.error;
+  if (!core::error_is_valid(error, view.spec.render)) {
+    error.low = error.high = std::numeric_limits<double>::quiet_NaN();
+  }
+  if (const std::string text = error_text(error); !text.empty()) {
+    headers.set("X-Tessera-Error", text);
+  }
+  if (denoised) {
+    const DenoisedFacts facts = denoised_facts(*denoised, query);
+    headers.set("X-Tessera-Denoiser", facts.denoiser);
+    headers.set("X-Tessera-Bias", facts.bias);
+    if (!facts.error.empty()) {
+      headers.set("X-Tessera-Error", facts.error);
+    }
+  }
+}
+
+}  // namespace
+
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
                         const core::ImageFormat& format, const api::ImageQuery& query) {
   const api::JobView view = context.jobs.view(*job);
@@ -185,10 +231,7 @@ Response picture_answer(const RouteContext& context, const Request& request, con
   }
   const std::string etag = picture_etag(view, format, query, version);
   if (is_not_modified(request, etag)) {
-    Response response = not_modified(etag);
-    response.headers.set("Cache-Control", "no-cache");
-    response.headers.add("Vary", "Accept");
-    return response;
+    return validated(not_modified(etag), etag);
   }
   const std::optional<api::DenoisedView> denoised_view = view_of(denoised, view);
   const auto encode = [&](const core::Film& of) {
@@ -209,43 +252,14 @@ Response picture_answer(const RouteContext& context, const Request& request, con
   if (!encoded) {
     return error_answer(request, encoded.error());
   }
-  Response response = bytes_response(200, format.mime, encoded->content);
-  response.headers.set("ETag", etag);
-  response.headers.set("Cache-Control", "no-cache");
-  response.headers.add("Vary", "Accept");
+  Response response = validated(bytes_response(200, format.mime, encoded->content), etag);
   response.headers.set("X-Tessera-Revision", std::to_string(revision));
-  if (encoded->range) {
-    response.headers.set("X-Tessera-Range",
-                         api::number_text(static_cast<double>(encoded->range->low)) + "," +
-                             api::number_text(static_cast<double>(encoded->range->high)));
-  }
-  if (encoded->set_aside) {
-    response.headers.set("X-Tessera-Set-Aside", percent_text(*encoded->set_aside));
-  }
-  if (encoded->exposure_stops) {
-    response.headers.set("X-Tessera-Exposure",
-                         core::exposure_text(static_cast<double>(*encoded->exposure_stops)));
-  }
+  set_figures(*encoded, response.headers);
   if (const std::string ignored = ignored_look(format, query); !ignored.empty()) {
     response.headers.set("X-Tessera-Ignored", ignored);
   }
   response.headers.set("X-Tessera-Samples", api::number_text(view.progress.samples_mean));
-  response.headers.set("X-Tessera-Bias", api::bias_of(view));
-  core::ErrorInterval error = view.progress.error;
-  if (!core::error_is_valid(error, view.spec.render)) {
-    error.low = error.high = std::numeric_limits<double>::quiet_NaN();
-  }
-  if (const std::string text = error_text(error); !text.empty()) {
-    response.headers.set("X-Tessera-Error", text);
-  }
-  if (denoised_view) {
-    const DenoisedFacts facts = denoised_facts(*denoised_view, query);
-    response.headers.set("X-Tessera-Denoiser", facts.denoiser);
-    response.headers.set("X-Tessera-Bias", facts.bias);
-    if (!facts.error.empty()) {
-      response.headers.set("X-Tessera-Error", facts.error);
-    }
-  }
+  set_error(view, denoised_view, query, response.headers);
   return response;
 }
 

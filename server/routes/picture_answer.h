@@ -32,7 +32,7 @@ std::shared_ptr<const core::Scene> scene_for_names(const JobService& jobs, const
                                                    const core::ImageFormat& format);
 
 /// Returns the key of the image with that ETag of an ended job: in RouteContext::pictures after the
-/// job's id, and in its look file.
+/// job's id, and in its file of first images.
 std::string kept_key(const api::JobView& view, std::string_view etag);
 
 /// Returns 200 with the image of the job's newest film, 304 to a GET that knows it, or a problem.

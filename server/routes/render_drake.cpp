@@ -121,7 +121,8 @@ core::FloatImage depth_image(const api::DrakeForm& form,
 }
 
 /// Drake's scenes have the labels as colours of their materials, not to be converted.
-core::FloatImage label_image(const api::DrakeForm& form, const SceneService::Seen& seen) {
+core::FloatImage label_image(const api::DrakeForm& form,
+                             const SceneService::VisibleSurfaces& seen) {
   core::FloatImage image{form.width, form.height, {"R", "G", "B"}, {}};
   image.values.reserve(3 * seen.surfaces.size());
   for (const core::FirstSurface& surface : seen.surfaces) {

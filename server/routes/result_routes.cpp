@@ -14,7 +14,7 @@
 #include "core/layers/exposure.h"
 #include "server/http/file_response.h"
 #include "server/http/text.h"
-#include "server/pictures/denoised_look.h"
+#include "server/pictures/denoised_facts.h"
 #include "server/pictures/image_look.h"
 #include "server/pictures/objects.h"
 #include "server/pictures/picture.h"

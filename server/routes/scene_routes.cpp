@@ -80,19 +80,15 @@ Response list_scenes(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  const auto before = cursor_sequence(query->cursor);
-  if (!query->cursor.empty() && !before) {
-    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
+  const auto before = page_start(query->cursor);
+  if (!before) {
+    return error_answer(request, before.error());
   }
-  auto rows = context.scenes.list(request.access, before, query->limit + 1);
+  auto rows = context.scenes.list(request.access, *before, query->limit + 1);
   if (!rows) {
     return error_answer(request, rows.error());
   }
-  std::optional<std::string> next;
-  if (static_cast<int>(rows->size()) > query->limit) {
-    rows->pop_back();
-    next = std::to_string(rows->back().sequence);
-  }
+  const auto next = next_page(*rows, query->limit);
   std::vector<std::string> scenes;
   for (SceneRow& row : *rows) {
     scenes.push_back(std::move(row.description));

@@ -51,22 +51,17 @@ Response list_deliveries(const RouteContext& context, Request& request) {
   if (!query) {
     return problem_answer(request, query.problem());
   }
-  DeliveryQuery wanted{.job = query->job,
-                       .state = query->state,
-                       .before = cursor_sequence(query->cursor),
-                       .limit = query->limit + 1};
-  if (!query->cursor.empty() && !wanted.before) {
-    return error_answer(request, Error{ErrorCode::kBadSyntax, "invalid page cursor", "/cursor"});
+  const auto before = page_start(query->cursor);
+  if (!before) {
+    return error_answer(request, before.error());
   }
+  const DeliveryQuery wanted{
+      .job = query->job, .state = query->state, .before = *before, .limit = query->limit + 1};
   auto rows = context.deliveries.list(wanted, request.access);
   if (!rows) {
     return error_answer(request, rows.error());
   }
-  std::optional<std::string> next;
-  if (static_cast<int>(rows->size()) > query->limit) {
-    rows->pop_back();
-    next = std::to_string(rows->back().sequence);
-  }
+  const auto next = next_page(*rows, query->limit);
   std::vector<api::DeliveryView> views;
   for (const DeliveryRow& row : *rows) {
     views.push_back(view_of(row));

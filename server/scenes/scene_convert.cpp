@@ -49,13 +49,36 @@ const ZipEntry* model_of(const std::vector<ZipEntry>& entries, const core::Conve
   return model;
 }
 
+/// Returns names and contents of the model, first, and of what it may name.
+core::Result<std::vector<std::pair<std::string, core::Bytes>>> unpack(
+    SceneService::Upload& file, const std::vector<ZipEntry>& entries, const ZipEntry& model) {
+  std::vector<const ZipEntry*> needed = {&model};
+  for (const ZipEntry& entry : entries) {
+    if (&entry != &model && is_material(core::extension_of_name(entry.name))) {
+      needed.push_back(&entry);
+    }
+  }
+  std::vector<std::pair<std::string, core::Bytes>> unpacked;
+  for (const ZipEntry* const entry : needed) {
+    if (auto room = file.lease.grow(entry->bytes); !room) {
+      return room.error();
+    }
+    auto bytes = read_zip_entry(file.content, *entry);
+    if (!bytes) {
+      return bytes.error();
+    }
+    unpacked.emplace_back(entry->name, *std::move(bytes));
+  }
+  return unpacked;
+}
+
 }  // namespace
 
 core::Result<bool> SceneService::convert(Upload& file, std::string_view extension,
                                          const std::vector<SideFile>& sides, SceneOrigin& origin) {
   const core::Converters& converters = options_.converters;
   std::vector<core::FileToConvert> files;
-  std::vector<core::Bytes> unpacked;
+  std::vector<std::pair<std::string, core::Bytes>> unpacked;
   const std::uint64_t held = file.lease.bytes();
   const std::string_view content(reinterpret_cast<const char*>(file.content.data()),
                                  file.content.size());
@@ -81,24 +104,13 @@ core::Result<bool> SceneService::convert(Upload& file, std::string_view extensio
       return false;
     } else {
       format = core::extension_of_name(model->name);
-      std::vector<const ZipEntry*> needed = {model};
-      for (const ZipEntry& entry : *entries) {
-        if (&entry != model && is_material(core::extension_of_name(entry.name))) {
-          needed.push_back(&entry);
-        }
+      auto out = unpack(file, *entries, *model);
+      if (!out) {
+        return out.error();
       }
-      for (const ZipEntry* const entry : needed) {
-        if (auto room = file.lease.grow(entry->bytes); !room) {
-          return room.error();
-        }
-        auto bytes = read_zip_entry(file.content, *entry);
-        if (!bytes) {
-          return bytes.error();
-        }
-        unpacked.push_back(*std::move(bytes));
-      }
-      for (std::size_t i = 0; i < needed.size(); ++i) {
-        files.push_back({.name = needed[i]->name, .content = unpacked[i]});
+      unpacked = *std::move(out);
+      for (const auto& [name, bytes] : unpacked) {
+        files.push_back({.name = name, .content = bytes});
       }
     }
   } else if (!extension.empty() && !is_gltf(content)) {

@@ -120,14 +120,16 @@ class SceneService {
                                       const SceneOrigin& origin = {});
 
   /// What a camera sees of a scene that is not added.
-  struct Seen {
+  struct VisibleSurfaces {
     std::vector<core::FirstSurface> surfaces;
     std::vector<core::Rgb> base_colors;  ///< factors, by material
   };
   /// Trees of meshes are cached by content. origin: its tenant waits for a turn as for an upload.
   /// Errors: as add_file(); of the camera.
-  core::Result<Seen> first_surfaces(const core::SplitGltf& gltf, const core::CameraSettings& camera,
-                                    const core::FilmSettings& film, const SceneOrigin& origin);
+  core::Result<VisibleSurfaces> first_surfaces(const core::SplitGltf& gltf,
+                                               const core::CameraSettings& camera,
+                                               const core::FilmSettings& film,
+                                               const SceneOrigin& origin);
 
   /// Returns the JSON of a stored or built-in scene. Errors: kNotFound, also for a scene that
   /// `access` does not see; built-in scenes are visible to all.

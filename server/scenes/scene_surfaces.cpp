@@ -20,10 +20,9 @@ std::string content_key(const core::PrimitiveDescription& mesh) {
 
 }  // namespace
 
-core::Result<SceneService::Seen> SceneService::first_surfaces(const core::SplitGltf& gltf,
-                                                              const core::CameraSettings& camera,
-                                                              const core::FilmSettings& film,
-                                                              const SceneOrigin& origin) {
+core::Result<SceneService::VisibleSurfaces> SceneService::first_surfaces(
+    const core::SplitGltf& gltf, const core::CameraSettings& camera, const core::FilmSettings& film,
+    const SceneOrigin& origin) {
   const auto turn = uploads_.take(origin.access.tenant, origin.stop, std::nullopt);
   if (!turn) {
     return turn.error();
@@ -68,7 +67,7 @@ core::Result<SceneService::Seen> SceneService::first_surfaces(const core::SplitG
   if (!surfaces) {
     return surfaces.error();
   }
-  Seen seen{.surfaces = *std::move(surfaces), .base_colors = {}};
+  VisibleSurfaces seen{.surfaces = *std::move(surfaces), .base_colors = {}};
   for (const core::MaterialDescription& material : scene->materials) {
     seen.base_colors.push_back(material.base_color);
   }

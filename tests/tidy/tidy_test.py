@@ -3,13 +3,16 @@
 citations.
 
 Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each
-kind and exits 1 if one is not detected. Standard library only.
+kind and exits 1 if one is not detected. --numbers writes the last column of
+core/samplers/dimensions.h. Standard library only.
 """
 
+import itertools
 import os
 import pathlib
 import re
 import sys
+import textwrap
 
 # The folders of core, bottom to top: each may include only those before it.
 CORE_ORDER = ["base", "math", "color", "settings", "image_io", "description", "sampling",
@@ -87,6 +90,7 @@ CONFINED = {
 # nlohmann inside core: sources of scene_io only, which check glTF before tinygltf sees it.
 CONFINED_SOURCES = {"nlohmann/": ["core/scene_io"]}
 LINES_MAX = 800  # of a C++ file
+FUNCTION_LINES_MAX = 70
 COLUMNS_MAX = 100
 # The table of random numbers, and the functions that draw from a group.
 NUMBERS = "core/samplers/dimensions.h"
@@ -103,6 +107,8 @@ DRAWS = {
     r"\bstretch_group\([^()]*\)\)?": "stretch",
     r"\bextra_1d\(": "extra",
 }
+# Of the group "extra", where the numbers of a use begin.
+EXTRA_NUMBERS = {"kVolumeDraws": "2^30..", "kAnalogDraws": "2^31.."}
 # Documents that may be cited; each must be in the tree.
 DOCUMENT = re.compile(r"\b[A-Za-z][\w/-]*\.md\b")
 # Names of documents without their extension, and numbers of issues, which the tree does not
@@ -156,8 +162,14 @@ NAMED_SOURCE = re.compile(r"(?<![\w./<-])\w+\.(?:h|cpp)\b")
 ROOMS = {"core/README.md": CORE_ORDER,
          "server/README.md": ["config", "observe", "http", "store", "auth", "webhooks", "scenes",
                               "queue", "workers", "jobs", "pictures", "routes", "commands", "main"]}
+# Words that say nothing of a folder, as stems() gives them.
+GRAMMAR = {"and", "the", "for", "from", "with", "its", "their", "they", "them", "what", "which",
+           "that", "how", "can", "out"}
 # Folders of installed packages and of build output.
 NOT_OURS = {"node_modules", "__pycache__", "dist", ".venv"}
+# Lines at the depth of a function's head that begin something else.
+NO_FUNCTION = re.compile(r"\s*(?:[{}]|(?:if|for|while|switch|else|do|try|case|default|return|"
+                         r"namespace|class|struct|enum|union|extern)\b)")
 THIS = "tests/tidy/tidy_test.py"
 ROOTS = ("core", "api", "server", "clients/cli", "clients/worker", "tests")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
@@ -187,6 +199,26 @@ def width_faults(path: str, text: str):
             yield f"{path}:{number}: {len(line)} columns; at most {COLUMNS_MAX}"
 
 
+def function_faults(path: str, text: str):
+    """Finds functions in sources as clang-format writes them. A function that only holds a table
+    may be long: it has no statements of control flow."""
+    lines = text.split("\n")
+    for last, line in enumerate(lines):
+        if line.strip() != "}":
+            continue
+        first = last - 1
+        while first >= 0 and (not lines[first] or lines[first].startswith("#") or
+                              len(lines[first]) - len(lines[first].lstrip()) >= len(line)):
+            first -= 1
+        body = next((i for i in range(max(first, 0), last) if lines[i].endswith("{")), last)
+        if (last - body - 1 > FUNCTION_LINES_MAX and not NO_FUNCTION.match(lines[first]) and
+                "(" in "".join(lines[first:body + 1]) and
+                any(re.match(r" {%d}(if|for|while|switch) \(" % (len(line) + 1), inner)
+                    for inner in lines[body + 1:last])):
+            yield (f"{path}:{first + 1}: a function of {last - body - 1} lines; "
+                   f"at most {FUNCTION_LINES_MAX}")
+
+
 def citation_faults(path: str, text: str, documents: set):
     for found in CITED.finditer(text):
         yield f"{path}: cites {found.group()}, which is not in the tree"
@@ -206,59 +238,126 @@ def path_faults(path: str, text: str, tree: set):
         yield f"{path}: names {name}, which is not in the tree"
 
 
-def room_faults(page: str, text: str, folders):
-    """The page's first table has a row for each of these folders, in their order."""
-    listed = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
-    if listed != list(folders):
-        yield f"{page}: lists {' '.join(listed)}; the folders are {' '.join(folders)}"
+def stems(text: str):
+    """Words without their endings, and without short ones and those of grammar."""
+    return {re.sub(r"(?:ing|ion|ed|es|s|e)$", "", word)[:5]
+            for word in re.findall(r"[a-z]{3,}", re.sub(r"`[^`]*`", "", text.lower()))
+            } - GRAMMAR
 
 
-def number_table(text: str):
-    """Rows of the table of core/samplers/dimensions.h: group, numbers, files."""
+def room_faults(page: str, text: str, rooms):
+    """The page's first table has a row for each folder, in their order. A row says nothing of its
+    folder that the comments at the beginning of its headers do not mention. rooms: these comments
+    of each folder; none: it has no headers."""
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", text, re.MULTILINE))
+    if list(rows) != list(rooms):
+        yield f"{page}: lists {' '.join(rows)}; the folders are {' '.join(rooms)}"
+    for folder in rows:
+        unknown = stems(rows[folder]) - stems(rooms.get(folder, "")) if rooms.get(folder) else ()
+        for word in sorted(unknown):
+            yield f"{page}: no header of {folder} begins with a comment that says \"{word}...\""
+
+
+def beginnings(folder: str) -> str:
+    """The comments with which the headers in the folder begin."""
+    texts = (file.read_text(encoding="utf-8") for file in sorted(pathlib.Path(folder).rglob("*.h")))
+    return " ".join(re.match(r"(?:///.*\n)*", text).group() for text in texts)
+
+
+def number_rows(text: str):
+    """Rows of the table of core/samplers/dimensions.h: group, numbers, lines of their use, names of
+    files. Returns them with the table's lines before and after, and its columns."""
+    lines = text.split("\n")
+    first = next(i for i, line in enumerate(lines) if line.startswith("///   group ")) + 1
+    columns = [lines[first - 1].index(name) for name in ("group", "number", "use", "drawn in")]
+    last = first
     rows = []
-    columns = None
-    for line in text.split("\n"):
-        if line.startswith("///   group "):
-            columns = [line.index(name) for name in ("group", "number", "use", "drawn in")]
-            continue
-        if columns is None or not line.startswith("///   "):
-            continue
-        group, numbers = (line[columns[i]:columns[i + 1]].split() for i in (0, 1))
+    while lines[last].startswith("///   "):
+        group, numbers, use, names = (
+            lines[last][start:end].strip() for start, end in zip(columns, columns[1:] + [None]))
         if group:
-            rows.append((group[0], numbers, set()))
-        rows[-1][2].update(line[columns[3]:].split())
-    return rows
+            rows.append((group, numbers.split(), [], []))
+        rows[-1][2].extend([use] if use else [])
+        rows[-1][3].extend(names.split())
+        last += 1
+    return rows, lines[:first], lines[last:], columns
+
+
+def numbers_drawn(text: str):
+    """Pairs of a group and a number that a file draws; the number "all" if a draw is passed on."""
+    for pattern, group in DRAWS.items():
+        for found in re.finditer(pattern, text):
+            line = text[text.rfind("\n", 0, found.start()) + 1:found.start()]
+            if line.lstrip().startswith("//"):
+                continue
+            rest = text[found.end():].split("\n}\n")[0]  # of the function
+            statement = re.split(r"[;{}]", text[:found.start()])[-1]
+            if group == "extra":
+                argument = rest.split(";")[0]
+                yield group, next((first for name, first in EXTRA_NUMBERS.items()
+                                   if name in argument), "0..")
+            elif number := re.match(r"[^;]*?\)\.([xyzw])\b|\.([xyzw])\b", rest.split(";")[0]):
+                yield group, number.group(1) or number.group(2)
+            elif kept := re.search(r"Vec4(?:s<N>)? (\w+) =", statement):
+                rest = re.split(rf"Vec4(?:s<N>)? {kept.group(1)} =", rest)[0]
+                uses = re.findall(rf"\b{kept.group(1)}\b(?:\.([xyzw])\b)?", rest)
+                yield from ((group, number or "all") for number in uses)
+            else:
+                yield group, "all"
+
+
+def numbers_by_file(sources):
+    """sources: path, and text of the files that draw random numbers of paths."""
+    drawn = {}
+    for path, text in sources:
+        drawn.setdefault(pathlib.Path(path).stem, set()).update(numbers_drawn(text))
+    return drawn
+
+
+def drawn_in(group: str, numbers, drawn):
+    """Files that draw one of the numbers."""
+    return sorted({name for name, draws in drawn.items()
+                   if any((group, number) in draws for number in [*numbers, "all"])})
 
 
 def number_faults(table: str, sources):
-    """sources: path, and text of the files that draw random numbers of paths."""
-    rows = number_table(table)
-    uses = [(group, number) for group, numbers, _ in rows for number in numbers]
+    rows = number_rows(table)[0]
+    drawn = numbers_by_file(sources)
+    uses = [(group, number) for group, numbers, _, _ in rows for number in numbers]
     for use in sorted({use for use in uses if uses.count(use) > 1}):
         yield f"{NUMBERS}: {' '.join(use)} has two uses"
-    listed = {(group, name) for group, _, names in rows for name in names}
-    drawn = set()
-    for path, text in sources:
-        name = pathlib.Path(path).stem
-        for pattern, group in DRAWS.items():
-            for found in re.finditer(pattern, text):
-                drawn.add((group, name))
-                number = re.match(r"\.([xyzw])\b", text[found.end():])
-                if number and not any(group == row[0] and number.group(1) in row[1] and
-                                      name in row[2] for row in rows):
-                    yield f"{NUMBERS}: no row for {group} {number.group(1)} in {path}"
-    for group, name in sorted(drawn - listed):
-        yield f"{NUMBERS}: no row for {group} in {name}"
-    for group, name in sorted(listed - drawn):
-        yield f"{NUMBERS}: {name} does not draw from {group}"
+    for name, draws in sorted(drawn.items()):
+        for group, number in sorted(draws):
+            if number != "all" and (group, number) not in uses:
+                yield f"{NUMBERS}: no row for {group} {number} of {name}"
+    for group, numbers, _, names in rows:
+        if names != drawn_in(group, numbers, drawn):
+            yield (f"{NUMBERS}: {group} {' '.join(numbers)} is drawn in "
+                   f"{' '.join(drawn_in(group, numbers, drawn))}; write it with --numbers")
 
 
-def all_number_faults(files):
-    sources = [(file.relative_to("core").as_posix(), file.read_text(encoding="utf-8"))
-               for file in files
-               if file.suffix in (".h", ".cpp") and inside(file.as_posix(), "core")
-               and not any(inside(file.as_posix(), f"core/{f}") for f in ("samplers", "lab"))]
-    yield from number_faults(pathlib.Path(NUMBERS).read_text(encoding="utf-8"), sources)
+def with_names(table: str, sources) -> str:
+    """The table with the files that draw each number."""
+    rows, before, after, columns = number_rows(table)
+    drawn = numbers_by_file(sources)
+    out = []
+    for group, numbers, use, _ in rows:
+        names = textwrap.wrap(" ".join(drawn_in(group, numbers, drawn)), COLUMNS_MAX - columns[3],
+                              break_on_hyphens=False)
+        parts = itertools.zip_longest([group], [" ".join(numbers)], use, names, fillvalue="")
+        for row in parts:
+            line = "///"
+            for column, part in zip(columns, row):
+                line = line.ljust(column) + part if part else line
+            out.append(line)
+    return "\n".join(before + out + after)
+
+
+def number_sources(files):
+    return [(file.as_posix(), file.read_text(encoding="utf-8"))
+            for file in files
+            if file.suffix in (".h", ".cpp") and inside(file.as_posix(), "core")
+            and not any(inside(file.as_posix(), f"core/{f}") for f in ("samplers", "lab"))]
 
 
 def include_faults(path: str, text: str):
@@ -299,6 +398,8 @@ def faults_in(path: str, text: str):
     for pattern, why in banned.items():
         if re.search(pattern, text):
             yield f"{path}: {why}"
+    if not inside(path, "tests"):
+        yield from function_faults(path, text)
     yield from include_faults(path, text)
     yield from word_faults(path, text)
 
@@ -350,7 +451,8 @@ def files_of_tree():
 def all_faults():
     found = list(top_level_faults(p.name for p in pathlib.Path(".").iterdir()))
     files = sorted(files_of_tree())
-    found += all_number_faults(files)
+    numbers = pathlib.Path(NUMBERS).read_text(encoding="utf-8")
+    found += number_faults(numbers, number_sources(files))
     lists = "".join(file.read_text(encoding="utf-8") for file in files
                     if file.name == "CMakeLists.txt" or file.suffix == ".cmake")
     sources = [file.as_posix() for file in files if file.suffix == ".cpp"]
@@ -359,7 +461,8 @@ def all_faults():
     documents = {file.name for file in files if file.suffix == ".md"}
     tree = {file.as_posix() for file in files}
     for page, folders in ROOMS.items():
-        found += room_faults(page, pathlib.Path(page).read_text(encoding="utf-8"), folders)
+        found += room_faults(page, pathlib.Path(page).read_text(encoding="utf-8"),
+                             {f: beginnings(f"{page.split('/', 1)[0]}/{f}") for f in folders})
     for file in files:
         path = file.as_posix()
         if not is_source(file) and file.suffix != ".md" and file.name != "CMakeLists.txt":
@@ -405,6 +508,10 @@ PLANTED = [
     ("core/math/a.h", "/// A header.\nint x;\n", "no #pragma once"),
     ("core/math/a.h", "#pragma once\n", "the first line must say"),
     ("core/math/a.cpp", "int x;\n" * (LINES_MAX + 1), "lines; at most"),
+    ("core/math/a.cpp", "int f(int a,\n      int b) {\n  if (a > b) {\n" + "    ++a;\n" * 68 +
+     "  }\n  return a;\n}\n", "a function of 71 lines"),
+    ("core/math/a.h", HEADER + "class A {\n  int f() {\n    while (g()) {\n" +
+     "      ++a_;\n" * 69 + "    }\n  }\n};\n", "a function of 71 lines"),
     ("core/math/a.cpp", "using namespace std;\n", "using namespace std"),
     ("core/math/a.cpp", "int x = std::rand();\n", "use a Sampler"),
     ("core/math/a.cpp", "std::random_device d;\n", "seeds come from the job"),
@@ -425,6 +532,8 @@ PLANTED_CITATIONS = [
     "See docs/layout.md.",
 ]
 CLEAN = [
+    ("core/math/a.cpp", "Rows rows() {\n  return {\n" + "      Row{1},\n" * 80 + "  };\n}\n"),
+    ("core/math/a.cpp", "void f() {\n  if (a) {\n" + "    ++a;\n" * 68 + "  }\n}\n"),
     ("core/bsdf/a.h", HEADER + '#include "core/math/vec.h"\nfloat pdf_solid_angle(int x);\n'),
     ("core/scene_io/a.cpp", "#include <nlohmann/json.hpp>\n#include <tiny_gltf.h>\n"),
     ("clients/cli/render.cpp", '#include "core/render/task/render_task.h"\n'),
@@ -438,17 +547,19 @@ TABLE = """///   group   number  use         drawn in
 ///                               c
 """
 DRAWN = [
-    ("render/a.cpp", "const Vec4 u = sampler.get_4d(kCameraGroup);"),
+    ("render/a.cpp", "const Vec4 u = sampler.get_4d(kCameraGroup);\nreturn {u.x, u.y};"),
     ("integrators/b.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
-    ("integrators/c.cpp", "float u = s.get_4d(choice_group(path.depth)).x;"),
+    ("integrators/c.cpp", "const Vec4 u = s.get_4d(choice_group(path.depth));\nuse(u);"),
 ]
 # Changed table or source, and the text that the report must contain.
 PLANTED_NUMBERS = [
-    (TABLE + "///   choice  x       again       a\n", DRAWN, "choice x has two uses"),
-    (TABLE, DRAWN[:2], "c does not draw from choice"),
-    (TABLE, DRAWN + [("wave/d.cpp", "get_4d(kCameraGroup)")], "no row for camera in d"),
+    (TABLE + "///   choice  x       again       b c\n", DRAWN, "choice x has two uses"),
+    (TABLE, DRAWN[:2], "choice x is drawn in b;"),
+    (TABLE, DRAWN + [("wave/d.cpp", "get_4d(kCameraGroup)")], "camera x y is drawn in a d;"),
     (TABLE, DRAWN + [("integrators/b.cpp", "s.get_4d(choice_group(depth)).w")],
-     "no row for choice w in integrators/b.cpp"),
+     "no row for choice w of b"),
+    (TABLE, DRAWN + [("render/a.cpp", "Vec4 u = s.get_4d(kCameraGroup);\nreturn u.z;")],
+     "no row for camera z of a"),
 ]
 CLEAN_TEXTS = [
     "/// Source: PBR 4th ed., section 9.2.",
@@ -471,6 +582,9 @@ def self_test() -> int:
     missed += [f"not seen: {words}" for table, drawn, words in PLANTED_NUMBERS
                if not any(words in fault for fault in number_faults(table, drawn))]
     missed += [f"false alarm: {fault}" for fault in number_faults(TABLE, DRAWN)]
+    if with_names(TABLE.replace("b\n", "d\n"), DRAWN) != TABLE.replace("c\n", "").replace(
+            "b\n///" + " " * 31, "b c\n"):
+        missed.append("the last column is not written as it is checked")
     if not any(top_level_faults(["notes.txt"])):
         missed.append("not seen: a stray file on the top level")
     for comment in ("// See core/math/b.h.", "// As b.cpp does."):
@@ -480,10 +594,14 @@ def self_test() -> int:
         "core/a.h", "// See core/math/a.h. As a.h does.", {"core/math/a.h"})]
     if not any(unlisted_faults(["tests/a_test.cpp"], "  aa_test.cpp\n")):
         missed.append("not seen: a source in no list")
-    if not any(room_faults("core/README.md", "| `math` | vectors |", ["math", "base"])):
-        missed.append("not seen: a folder without a row")
+    for rooms in ({"math": "/// Vectors.", "base": ""}, {"math": "/// Vector. And matrices."}):
+        if any(room_faults("core/README.md", "| `math` | vectors |", rooms)) != (len(rooms) == 2):
+            missed.append(f"folders on the page: {rooms}")
+    if not any(room_faults("core/README.md", "| `math` | vectors, hashes |",
+                           {"math": "/// Vectors."})):
+        missed.append("not seen: a folder whose headers do not say what the page says")
     planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS)
-    planted += len(PLANTED_NUMBERS) + 5
+    planted += len(PLANTED_NUMBERS) + 6
     print("\n".join(missed) or f"tidy self-test: {planted} planted faults seen")
     return 1 if missed else 0
 
@@ -491,6 +609,11 @@ def self_test() -> int:
 def main() -> int:
     if "--self-test" in sys.argv[1:]:
         return self_test()
+    if "--numbers" in sys.argv[1:]:
+        table = pathlib.Path(NUMBERS)
+        table.write_text(with_names(table.read_text(encoding="utf-8"),
+                                    number_sources(sorted(files_of_tree()))), encoding="utf-8")
+        return 0
     found = all_faults()
     print("\n".join(found) or "tidy: ok")
     return 1 if found else 0

@@ -11,7 +11,7 @@ const tileSide = 32;
 
 /**
  * The image that the page opens a job with. The server has it encoded at the job's end, with the
- * settings that display begins with (server/routes/first_looks.cpp).
+ * settings that display begins with (server/routes/first_images.cpp).
  */
 export function firstLookUrl(job: Job): string {
   const { auto, exposure: stops, tone: tonemap } = display.get();

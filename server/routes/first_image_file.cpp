@@ -1,7 +1,7 @@
-// For each look a sealed line of its key, the size and checksum of its content, and the figures of
+// For each image a sealed line of its key, the size and checksum of its content, and the figures of
 // its headers, "-" for none; then the content.
 
-#include "server/routes/look_file.h"
+#include "server/routes/first_image_file.h"
 
 #include <algorithm>
 #include <array>
@@ -44,10 +44,10 @@ std::optional<Number> number_of(const std::string& text) {
                      : std::optional(static_cast<Number>(std::strtod(text.c_str(), nullptr)));
 }
 
-/// More than the line of a look: two hashes, an ETag and five numbers.
+/// More than the line of an image: two hashes, an ETag and five numbers.
 constexpr std::size_t kLineMost = 1024;
 
-/// The line of a look, and where its content is.
+/// The line of an image, and where its content is.
 struct Head {
   std::string key;
   std::uint64_t at = 0;
@@ -57,15 +57,15 @@ struct Head {
   std::string exposure;
 };
 
-class LookFile {
+class FirstImageFile {
  public:
-  static core::Result<LookFile> open(const std::string& path) {
+  static core::Result<FirstImageFile> open(const std::string& path) {
     auto file = open_file(path, O_RDONLY);
     const auto bytes = file ? file_bytes(file->get(), path) : file.error();
     if (!bytes) {
       return bytes.error();
     }
-    return LookFile(path, *std::move(file), *bytes);
+    return FirstImageFile(path, *std::move(file), *bytes);
   }
 
   bool has_more() const { return next_ < bytes_; }
@@ -95,7 +95,7 @@ class LookFile {
   }
 
  private:
-  LookFile(std::string path, UniqueFd file, std::uint64_t bytes)
+  FirstImageFile(std::string path, UniqueFd file, std::uint64_t bytes)
       : path_(std::move(path)), file_(std::move(file)), bytes_(bytes) {}
   Error damaged() const { return {ErrorCode::kInternal, "a look file is damaged", path_}; }
   core::Result<std::string> read(std::uint64_t at, std::uint64_t bytes) const {
@@ -115,9 +115,9 @@ class LookFile {
 
 }  // namespace
 
-std::string looks_text(const std::vector<StoredLook>& looks) {
+std::string first_images_text(const std::vector<FirstImage>& images) {
   std::string text;
-  for (const auto& [key, picture] : looks) {
+  for (const auto& [key, picture] : images) {
     text += seal(key + " " + std::to_string(picture.content->size()) + " " +
                  std::to_string(crc_of(*picture.content)) + " " + exact(picture.set_aside) + " " +
                  exact(picture.exposure_stops)) +
@@ -126,7 +126,7 @@ std::string looks_text(const std::vector<StoredLook>& looks) {
   return text;
 }
 
-core::Status write_looks(const std::string& path, std::string_view text) {
+core::Status write_first_images(const std::string& path, std::string_view text) {
   const std::string part = path + std::string(kPartEnd);
   auto file = open_file(part, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file) {
@@ -140,8 +140,8 @@ core::Status write_looks(const std::string& path, std::string_view text) {
   return written;
 }
 
-core::Result<EncodedPicture> read_look(const std::string& path, std::string_view key) {
-  auto file = LookFile::open(path);
+core::Result<EncodedPicture> read_first_image(const std::string& path, std::string_view key) {
+  auto file = FirstImageFile::open(path);
   if (!file) {
     return file.error();
   }
@@ -162,11 +162,11 @@ core::Result<EncodedPicture> read_look(const std::string& path, std::string_view
                           .set_aside = number_of<double>(head->set_aside),
                           .exposure_stops = number_of<float>(head->exposure)};
   }
-  return Error{ErrorCode::kNotFound, "no such look", path};
+  return Error{ErrorCode::kNotFound, "no such image", path};
 }
 
-core::Status check_looks(const std::string& path) {
-  auto file = LookFile::open(path);
+core::Status check_first_images(const std::string& path) {
+  auto file = FirstImageFile::open(path);
   if (!file) {
     return file.error();
   }

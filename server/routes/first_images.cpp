@@ -1,4 +1,4 @@
-#include "server/routes/first_looks.h"
+#include "server/routes/first_images.h"
 
 #include <filesystem>
 #include <string>
@@ -15,7 +15,7 @@ using core::Error;
 using core::ErrorCode;
 using core::Status;
 
-FirstLooks::FirstLooks(RouteContext context)
+FirstImages::FirstImages(RouteContext context)
     : context_(std::move(context)), background_(1, 1, Background::Priority::kNormal) {
   remove_parts();
   context_.jobs.journal().on_state([this](const Job& changed, api::JobState state) {
@@ -34,17 +34,17 @@ FirstLooks::FirstLooks(RouteContext context)
   });
 }
 
-FirstLooks::~FirstLooks() {
+FirstImages::~FirstImages() {
   context_.jobs.stop();  // Jobs still run if the server failed to start.
   context_.jobs.journal().forget_listeners();
 }
 
-void FirstLooks::encode(const JobPointer& job) const {
+void FirstImages::encode(const JobPointer& job) const {
   const api::JobView view = context_.jobs.view(*job);
   if (view.film_digest.empty()) {
     return;
   }
-  std::vector<StoredLook> looks;
+  std::vector<FirstImage> images;
   const auto keep = [&](std::string_view extension, const api::ImageQuery& query) {
     Request request;
     request.access = Access::of(job->tenant());
@@ -52,7 +52,7 @@ void FirstLooks::encode(const JobPointer& job) const {
         picture_answer(context_, request, job, *choose_format(request, extension), query);
     const std::string key = kept_key(view, made.headers.find("ETag").value_or(""));
     if (const auto kept = context_.pictures.peek(job->id() + key)) {
-      looks.push_back({.key = key, .picture = *kept});
+      images.push_back({.key = key, .picture = *kept});
     }
   };
   // First the image, which takes longer: the thread of another request encodes the thumbnail.
@@ -63,13 +63,13 @@ void FirstLooks::encode(const JobPointer& job) const {
   thumbnail.max_size = 192;
   keep("png", thumbnail);
   if (!job->memory_only()) {
-    store(*job, view, looks);
+    store(*job, view, images);
   }
 }
 
-void FirstLooks::store(Job& job, const api::JobView& view,
-                       const std::vector<StoredLook>& looks) const {
-  const std::string text = looks_text(looks);
+void FirstImages::store(Job& job, const api::JobView& view,
+                        const std::vector<FirstImage>& images) const {
+  const std::string text = first_images_text(images);
   StorageQuota::Room room = context_.quota.room(job.tenant(), StorageQuota::Kind::kFilm);
   const auto modify = [&](JobRecord& record) -> Verdict {
     if (record.film != FilmPlace::kOnDisk || record.view.film_digest != view.film_digest) {
@@ -81,7 +81,8 @@ void FirstLooks::store(Job& job, const api::JobView& view,
     if (const Status fits = room.grow_to(text.size()); !fits) {
       return fits.error();
     }
-    if (const Status stored = write_looks(context_.data.look_path(job.id()), text); !stored) {
+    if (const Status stored = write_first_images(context_.data.first_images_path(job.id()), text);
+        !stored) {
       return stored.error();
     }
     record.film_bytes += text.size();
@@ -95,10 +96,10 @@ void FirstLooks::store(Job& job, const api::JobView& view,
   }
 }
 
-void FirstLooks::remove_parts() const {
+void FirstImages::remove_parts() const {
   std::error_code ignored;  // A part only costs space; `tessera check` lists it.
   for (const auto& entry :
-       std::filesystem::directory_iterator(context_.data.looks_path(), ignored)) {
+       std::filesystem::directory_iterator(context_.data.first_images_path(), ignored)) {
     if (entry.path().extension() == kPartEnd) {
       std::filesystem::remove(entry.path(), ignored);
     }

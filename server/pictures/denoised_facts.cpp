@@ -1,4 +1,4 @@
-#include "server/pictures/denoised_look.h"
+#include "server/pictures/denoised_facts.h"
 
 #include <cmath>
 #include <string_view>

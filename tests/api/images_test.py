@@ -469,7 +469,7 @@ class KeptImages(ApiTest):
         self.assert_problem(other, 410)
 
 
-class FirstLooks(ApiTest):
+class FirstImages(ApiTest):
     FLAGS = ("--film-cache", "1M")  # less than the film of 128x128
 
     def wait_for_images(self, count):

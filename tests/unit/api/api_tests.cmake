@@ -7,9 +7,8 @@ set(API_TEST_SOURCES
   job_refusals_test.cpp
   job_spec_property_test.cpp
   job_spec_test.cpp
-  job_stage_test.cpp
+  job_specs_test.cpp
   job_view_test.cpp
-  job_warnings_test.cpp
   json_test.cpp
   lab_test.cpp
   openapi_test.cpp

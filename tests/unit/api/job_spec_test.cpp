@@ -8,7 +8,6 @@
 
 #include "core/integrators/registry.h"
 #include "core/settings/choices.h"
-#include "core/settings/sample_sets.h"
 
 namespace {
 
@@ -18,22 +17,6 @@ api::JobSpec spec_of(const std::string& body) {
   const auto parsed = api::parse_job(body);
   EXPECT_TRUE(parsed) << body << (parsed ? "" : parsed.problem().detail);
   return parsed ? parsed->spec : api::JobSpec{};
-}
-
-TEST(JobSpec, OptionsOfPhotonsAndRecordsAreThoseOfTheirIntegrators) {
-  const auto seen = [](const std::string& integrator) {
-    const api::JobSpec spec = spec_of(R"({"scene":"x","integrator":)" + integrator + "}");
-    EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec)) << integrator;
-    return api::dump(api::to_json(spec)["integrator"]);
-  };
-  EXPECT_EQ(seen(R"({"type":"sppm","photons":5000,"radius_m":0.25,"alpha":0.5})"),
-            R"({"type":"sppm","max_depth":16,"photons":5000,"radius_m":0.25,"alpha":0.5})");
-  EXPECT_EQ(seen(R"({"type":"photon-map","radius_m":0.25,"final_gather":0})"),
-            R"({"type":"photon-map","max_depth":16,"photons":0,"radius_m":0.25,"final_gather":0})");
-  EXPECT_EQ(seen(R"({"type":"irradiance-cache","tolerance":0.5,"rays":64})"),
-            R"({"type":"irradiance-cache","max_depth":16,"tolerance":0.5,"rays":64,)"
-            R"("records":32768})");
-  EXPECT_EQ(seen(R"({"type":"bdpt"})"), R"({"type":"bdpt","max_depth":16})");
 }
 
 TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
@@ -75,53 +58,6 @@ TEST(JobSpec, GlassLetsATransparentBackgroundThroughWhereTheIntegratorCan) {
   EXPECT_FALSE(through("path", R"({"type":"color"})"));
   EXPECT_TRUE(through("path", R"({"type":"color","through_glass":true})"));
   EXPECT_FALSE(through("path", R"({"type":"transparent","through_glass":false})"));
-}
-
-TEST(JobSpec, ShadowsAreNeutralUnlessAskedFor) {
-  const api::JobSpec plain = spec_of(R"({"scene":"x","ground":{"type":"catcher"}})");
-  EXPECT_EQ(plain.render.ground.shadow.color, core::ShadowColor::kNeutral);
-  const api::JobSpec asked = spec_of(
-      R"({"scene":"x","ground":{"type":"catcher","shadow":{"color":"physical","strength":0.5}}})");
-  EXPECT_EQ(asked.render.ground.shadow.color, core::ShadowColor::kPhysical);
-  EXPECT_EQ(api::dump(api::to_json(asked)["ground"]["shadow"]),
-            R"({"color":"physical","strength":0.5,"softness":0})");
-  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(asked)), asked));
-}
-
-TEST(JobSpec, AdaptiveSamplingHasItsParameters) {
-  const api::JobSpec plain = spec_of(R"({"scene":"s","adaptive":{"type":"pilot"}})");
-  EXPECT_EQ(plain.render.adaptive.type, core::AdaptiveType::kPilot);
-  EXPECT_NE(
-      api::spec_json(plain).find(
-          R"("adaptive":{"type":"pilot","min_samples":32,"granularity":"pixel","dilation":1})"),
-      std::string::npos)
-      << api::spec_json(plain);
-  const api::JobSpec spec =
-      spec_of(R"({"scene":"s","adaptive":{"type":"pilot","min_samples":64,"granularity":"tile",)"
-              R"("dilation":0}})");
-  EXPECT_EQ(spec.render.adaptive.min_samples, 64);
-  EXPECT_EQ(spec.render.adaptive.granularity, core::Granularity::kTile);
-  EXPECT_EQ(spec.render.adaptive.dilation, 0);
-  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
-}
-
-TEST(JobSpec, ErrorTargetsUseThePilotByDefault) {
-  const auto type = [](const char* members) {
-    return spec_of(std::string(R"({"scene":"s",)") + members + "}").render.adaptive.type;
-  };
-  EXPECT_EQ(type(R"("stop":{"relative_error":0.1})"), core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("stop":{"relative_error":0.1,"samples_per_pixel":64})"),
-            core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("adaptive":{"min_samples":64},"stop":{"relative_error":0.1})"),
-            core::AdaptiveType::kPilot);
-  EXPECT_EQ(type(R"("stop":{"relative_error":null,"samples_per_pixel":64})"),
-            core::AdaptiveType::kNone);
-  EXPECT_EQ(type(R"("stop":{"seconds":5})"), core::AdaptiveType::kNone);
-  EXPECT_EQ(type(R"("adaptive":{"type":"none"},"stop":{"relative_error":0.1})"),
-            core::AdaptiveType::kNone);
-  // The printed spec is explicit, independent of the defaults at that time.
-  const api::JobSpec spec = spec_of(R"({"scene":"s","stop":{"relative_error":0.1}})");
-  EXPECT_TRUE(api::same_spec(spec_of(api::spec_json(spec)), spec));
 }
 
 TEST(JobSpec, CountOfTheFirstDecisionIsTheEffectiveOne) {
@@ -233,88 +169,15 @@ TEST(JobSpec, ParsesEveryMember) {
   EXPECT_EQ(spec.stop.deadline_unix_seconds, 1767225600.0);
 }
 
-TEST(JobSpec, GivenStopReplacesTheDefaultRule) {
-  const api::JobSpec spec = spec_of(R"({"scene":"x","stop":{"seconds":5}})");
-  EXPECT_FALSE(spec.stop.samples_per_pixel.has_value());
-  EXPECT_EQ(api::dump(api::to_json(spec)["stop"]), R"({"seconds":5})");
-}
-
-TEST(JobSpec, AcceptsWholeNumbersWithADecimalPoint) {
-  EXPECT_EQ(spec_of(R"({"scene":"x","seed":3.0,"film":{"width":1e2}})").render.film.width, 100);
-}
-
-TEST(JobSpec, HasNoNegativeZero) {
-  const api::JobSpec spec =
-      spec_of(R"({"scene":"x","seed":-0,"time_seconds":-0.0,"camera":{"position":[-0.0,0,1],)"
-              R"("target":[0,0,0]}})");
-  EXPECT_EQ(api::dump(api::to_json(spec)["camera"]["position"]), "[0,0,1]");
-  EXPECT_EQ(api::dump(api::to_json(spec)["time_seconds"]), "0");
-}
-
-TEST(JobSpec, MissingTimeIsTheRestPose) {
-  const api::JobSpec spec = spec_of(R"({"scene":"x","time_seconds":null})");
-  EXPECT_FALSE(spec.time_seconds);
-  EXPECT_TRUE(api::to_json(spec)["time_seconds"].is_null());
-  EXPECT_EQ(spec_of(R"({"scene":"x"})").time_seconds, 0);
-}
-
-TEST(JobSpec, DistinguishesAbsentNullAndGivenEnvironments) {
-  const api::JobSpec absent = spec_of(R"({"scene":"x"})");
-  EXPECT_EQ(absent.environment_choice, api::EnvironmentChoice::kAutomatic);
-  EXPECT_FALSE(api::to_json(absent).contains("environment"));
-  const api::JobSpec black = spec_of(R"({"scene":"x","environment":null})");
-  EXPECT_EQ(black.environment_choice, api::EnvironmentChoice::kBlack);
-  EXPECT_TRUE(api::to_json(black)["environment"].is_null());
-  const api::JobSpec white = spec_of(R"({"scene":"x","environment":{}})");
-  EXPECT_EQ(api::dump(api::to_json(white)["environment"]),
-            R"({"asset":null,"color":[1,1,1],"intensity":1,"rotation_degrees":0,"visible":true})");
-}
-
-TEST(JobSpec, RoundsSampleCountsWithAWarning) {
-  const auto parsed = api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":15}})");
-  ASSERT_TRUE(parsed);
-  EXPECT_EQ(parsed->spec.stop.samples_per_pixel,
-            core::rounded_samples(core::SamplerType::kSobol, 2, 15));
-  EXPECT_EQ(parsed->warnings,
-            (std::vector<std::string>{"stop.samples_per_pixel: 15 was requested, 16 is used: "
-                                      "sampler 'sobol' with 2 replicates rounds 15 to 16."}));
-  EXPECT_TRUE(api::parse_job(R"({"scene":"x","stop":{"samples_per_pixel":1}})")->warnings.empty());
-  const auto sets = api::parse_job(R"({"scene":"x","sampler":{"type":"stratified","replicates":4},)"
-                                   R"("stop":{"samples_per_pixel":100}})");
-  ASSERT_TRUE(sets);
-  EXPECT_EQ(sets->spec.stop.samples_per_pixel, 128);
-  EXPECT_EQ(sets->warnings, (std::vector<std::string>{
-                                "stop.samples_per_pixel: 100 was requested, 128 is used: sampler "
-                                "'stratified' with 4 replicates rounds 100 to 128."}));
-  const auto beyond = api::parse_job(
-      R"({"scene":"x","sampler":{"type":"orthogonal-array"},"stop":{"samples_per_pixel":65536}})");
-  ASSERT_TRUE(beyond);
-  EXPECT_EQ(beyond->spec.stop.samples_per_pixel, 65500)
-      << "65550 would exceed the maximum of a job";
-  EXPECT_EQ(beyond->warnings.size(), 1U);
-  const auto windows =
-      api::parse_job(R"({"scene":"x","light_sampler":{"type":"restir","history":3},)"
-                     R"("stop":{"samples_per_pixel":16}})");
-  ASSERT_TRUE(windows);
-  EXPECT_EQ(windows->spec.stop.samples_per_pixel, 18);
-  EXPECT_EQ(windows->warnings, (std::vector<std::string>{
-                                   "stop.samples_per_pixel: 16 was requested, 18 is used: sampler "
-                                   "'sobol' with history 3 and 2 replicates rounds 16 to 18."}));
-  const auto most =
-      api::parse_job(R"({"scene":"x","sampler":{"type":"orthogonal-array","replicates":64},)"
-                     R"("light_sampler":{"type":"restir","block":1,"history":16},)"
-                     R"("stop":{"samples_per_pixel":65536}})");
-  ASSERT_TRUE(most);
-  EXPECT_EQ(most->spec.stop.samples_per_pixel, 51200) << "units of 25 x 16 x 64; two of them";
-}
-
-TEST(JobSpec, NullStandsForNoExponent) {
-  const auto mis = [](const std::string& type) {
-    return api::to_json(spec_of(R"({"scene":"x","estimator":{"mis":{"type":")" + type +
-                                R"(","exponent":null}}})"))["estimator"]["mis"];
-  };
-  EXPECT_EQ(api::dump(mis("balance")), R"({"type":"balance"})");
-  EXPECT_EQ(mis("power")["exponent"], 2) << "the default";
+TEST(JobSpec, CatchersHaveNeutralShadowsAndErrorsOverWhiteWhileTheyAreTransparent) {
+  const api::JobSpec plain = spec_of(R"({"scene":"x","ground":{"type":"catcher"}})");
+  EXPECT_TRUE(plain.render.film.errors_over_white);
+  EXPECT_EQ(plain.render.ground.shadow.color, core::ShadowColor::kNeutral);
+  EXPECT_NE(plain.denoise.type, core::DenoiserType::kNone);
+  const api::JobSpec seen =
+      spec_of(R"({"scene":"x","ground":{"type":"catcher"},"environment":{"visible":true}})");
+  EXPECT_FALSE(seen.render.film.errors_over_white);
+  EXPECT_NE(seen.denoise.type, core::DenoiserType::kNone);
 }
 
 TEST(JobSpec, CountsCharactersNotBytes) {

@@ -146,7 +146,7 @@ ssize_t put(int fd, File& file, const void* from, std::size_t count, off_t offse
   return static_cast<ssize_t>(count);
 }
 
-/// Gives the real file the length that it says.
+/// Cuts the real file to the size that it tells.
 void shorten(File& file) {
   if (file.length > file.size) {
     ::truncate(file.path.c_str(), static_cast<off_t>(file.size));

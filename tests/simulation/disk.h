@@ -30,7 +30,7 @@ struct DiskFaults {
 void use_disk(const std::string& root, DiskFaults faults);
 /// Takes back a part of what was not synced.
 void lose_power();
-/// Gives real files the lengths that they say; the process ends.
+/// Cuts real files to the sizes that they tell, before the process ends.
 void shorten_files();
 /// Another process reads and writes the files while act() runs.
 void share_files(const std::function<void()>& act);

@@ -41,16 +41,26 @@ Error sqlite_error(int code, const std::string& message, const std::string& path
   return Error{ErrorCode::kInternal, std::move(words), path};
 }
 
+/// Returns whether the database has a log, or a journal of the change that makes it one with a log:
+/// SQLite plays it back.
+bool has_journal(const std::string& path) {
+  for (const char* kind : {"-wal", "-journal"}) {
+    if (const auto file = open_file(path + kind, O_RDONLY)) {
+      const auto bytes = file_bytes(file->get(), path);
+      if (!bytes || *bytes > 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// SQLite reads missing pages of a cut file as zeros. The file's header holds the number of pages,
 /// which is correct when no journal is left to play back. Source: "Database File Format", 1.3: page
 /// size at 16, pages at 28, big-endian.
 Status check_not_cut(const std::string& path) {
-  const auto journal = open_file(path + "-wal", O_RDONLY);
-  if (journal) {
-    const auto bytes = file_bytes(journal->get(), path);
-    if (!bytes || *bytes > 0) {
-      return core::ok_status();
-    }
+  if (has_journal(path)) {
+    return core::ok_status();
   }
   const auto file = open_file(path, O_RDONLY);
   if (!file) {

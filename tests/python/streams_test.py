@@ -141,8 +141,8 @@ class Restarts(unittest.TestCase):
             async for event in job.events():
                 events.append(event)
 
-        async def reset(times):
-            while [event.type for event in events].count("reset") < times:
+        async def seen(kind, times):
+            while [event.type for event in events].count(kind) < times:
                 await asyncio.sleep(0.01)
 
         async def collect(job):
@@ -157,10 +157,12 @@ class Restarts(unittest.TestCase):
                 tasks = [asyncio.create_task(follow(job)), asyncio.create_task(collect(job)),
                          asyncio.create_task((await client.job(job.id)).wait())]
                 await asyncio.to_thread(self.server.wait_for_samples, job.id, 2)
+                # A reset is told to those who have seen an event of the server before.
+                await asyncio.wait_for(seen("snapshot", 1), PATIENT.patience_s)
                 for restarts, kill in enumerate((True, False), 1):
                     await asyncio.to_thread(self.again, kill)
                     await asyncio.to_thread(self.server.wait_for_samples, job.id, 2)
-                    await asyncio.wait_for(reset(restarts), PATIENT.patience_s)
+                    await asyncio.wait_for(seen("reset", restarts), PATIENT.patience_s)
                 target = (await job.refresh()).progress.samples_max + 64
                 await job.update(stop={"samples_per_pixel": target})
                 _, film, waited = await asyncio.gather(*tasks)

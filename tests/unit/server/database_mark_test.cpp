@@ -7,6 +7,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include "server/store/database.h"
 #include "tests/unit/server/failing_reads.h"
@@ -44,7 +45,6 @@ class KilledDatabase : public testing::Test {
 
 TEST_F(KilledDatabase, IsWhole) { EXPECT_EQ(damage(), ""); }
 
-// A power failure soon after the mark was made, before anything of it was synced.
 // SQLite calls a page that the disk cannot read damaged; nothing must be restored for it.
 TEST_F(KilledDatabase, AFailedReadIsNoDamage) {
   int failures = 0;
@@ -63,6 +63,39 @@ TEST_F(KilledDatabase, AFailedReadIsNoDamage) {
   EXPECT_GT(failures, 20) << "a page of each row";
 }
 
+// A power failure while the file was made, before it had its log: its last sectors are missing, and
+// the journal of its first change is there.
+TEST(NewDatabase, IsWholeAfterAPowerFailure) {
+  const TemporaryFolder live;
+  const TemporaryFolder folder;
+  sqlite3* handle = nullptr;
+  ASSERT_EQ(sqlite3_open(live.file("tessera.db").c_str(), &handle), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(handle,
+                         "PRAGMA cache_size=1; BEGIN; CREATE TABLE facts(a);"
+                         "INSERT INTO facts VALUES(randomblob(200000))",
+                         nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  const std::string path = folder.file("tessera.db");
+  for (const char* suffix : {"", "-journal"}) {
+    std::filesystem::copy_file(live.file("tessera.db") + suffix, path + suffix);
+  }
+  sqlite3_close(handle);
+  ASSERT_GT(std::filesystem::file_size(path), 3072U);
+  std::filesystem::resize_file(path, 3072);
+  // The number of pages, which is written last.
+  std::string head = test_support::read_file(path);
+  head[31] = 1;
+  test_support::write_file(path, head);
+  EXPECT_TRUE(Database::open(path));
+  std::filesystem::remove(path + "-journal");
+  test_support::write_file(path, head);
+  for (const char* suffix : {"-wal", "-shm", "-mark"}) {
+    std::filesystem::remove(path + suffix);
+  }
+  EXPECT_FALSE(Database::open(path)) << "without its journal it is cut short";
+}
+
+// A power failure soon after the mark was made, before anything of it was synced.
 TEST_F(KilledDatabase, IsWholeWithAnEmptyMark) {
   test_support::write_file(path() + "-mark", "");
   EXPECT_EQ(damage(), "");

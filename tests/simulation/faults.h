@@ -57,10 +57,10 @@ inline constexpr std::array<FaultRow, 30> kFaults = {
      {"stalled", 1000},       {"clock-jumped", 12},
      {"disk-full", 12},       {"disk-unreadable", 6},
      {"read-fails", 6},       {"write-fails", 6},
-     {"film-damaged", 4},     {"log-damaged", 12},
+     {"film-damaged", 12},    {"log-damaged", 36},
      {"load-hangs", 12},      {"load-fails", 12},
      {"drained", 6},          {"reloaded", 12},
-     {"request-cut", 24},     {"queue-down", 48},
+     {"request-cut", 48},     {"queue-down", 48},
      {"name-lost", 48},       {"name-doubled", 48},
      {"request-lost", 1000},  {"request-doubled", 1000},
      {"result-late", 480},    {"network-cut", 960},
@@ -71,8 +71,9 @@ constexpr const FaultRow& row_of(Fault kind) { return kFaults[static_cast<std::s
 
 inline constexpr Nanoseconds kHour = 3600 * kSecond;
 inline constexpr Nanoseconds kDay = 24 * kHour;
-/// At the end of each shift nothing fails for an hour, so that every job must end.
-inline constexpr Nanoseconds kShift = 6 * kHour;
+/// A shift: hours of requests and faults, an hour in which nothing fails, so that every job must
+/// end, and a quiet night.
+inline constexpr Nanoseconds kShift = 12 * kHour;
 /// Mean time for which something that fails is gone: a disk, a queue, a place for comparisons.
 inline constexpr Nanoseconds kOutage = 300 * kSecond;
 

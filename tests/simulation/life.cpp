@@ -604,7 +604,7 @@ void World::settle(int tenant, Random& random) {
     cancel_hanging(tenant, resumed);
     requests_.cancel_loading(tenant);
   }
-  requests_.settle(tenant, random, [this] { return time_of_shift() < kCalm; });
+  requests_.settle(tenant, random, [this] { return is_night(); });
   for (const std::string& id : ids_of(tenant)) {
     for (bool has_ended = false; !has_ended;) {
       const JobPointer job = look(tenant, id);
@@ -620,7 +620,7 @@ void World::settle(int tenant, Random& random) {
                     server_.jobs->patch(job, R"({"paused": false})", std::nullopt,
                                         Access::of(access_name(tenant))));
       }
-      if (!has_ended && time_of_shift() < kCalm) {
+      if (!has_ended && is_night()) {
         fail("job " + id + " has not ended in the calm hour; it is " +
              std::string(api::to_text(job->state())));
       }
@@ -699,7 +699,6 @@ void World::play() {
       }
     });
   }
-  const Nanoseconds shift_end = (life_.start / kShift + 1) * kShift - kSecond;
   const auto are_settled = [this] {
     return std::find(is_settled_.begin() + 1, is_settled_.end(), false) == is_settled_.end();
   };
@@ -713,7 +712,7 @@ void World::play() {
       end(Ending::kStopped);
     }
     operate(random);
-    if (now() >= shift_end) {
+    if (is_night()) {
       fail("jobs have not ended in the calm hour");
     }
     sleep_for(kTick);
@@ -733,8 +732,8 @@ void World::play() {
     }
   }
   check_rest();
+  sleep_for(kShift - time_of_shift() - kSecond);
   server_.jobs->stop();
-  sleep_for(shift_end + kSecond - now());
   end(Ending::kShiftOver);
 }
 

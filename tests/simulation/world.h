@@ -26,7 +26,9 @@ using server::Access;
 using server::JobPointer;
 
 /// Nothing fails from this time of a shift on, and clients only wait for their jobs.
-inline constexpr Nanoseconds kCalm = kShift - kHour;
+inline constexpr Nanoseconds kCalm = 6 * kHour;
+/// Every job has ended at this time of a shift.
+inline constexpr Nanoseconds kNight = kCalm + kHour;
 inline constexpr Nanoseconds kTick = 30 * kSecond;  ///< Between two decisions of the operator.
 
 /// A life as its threads see it.
@@ -93,6 +95,7 @@ class World {
   std::vector<std::string> ids_of(int tenant);
   Nanoseconds time_of_shift() const { return now() % kShift; }
   bool is_calm() const { return time_of_shift() >= kCalm; }
+  bool is_night() const { return time_of_shift() >= kNight; }
   void operate(Random& random);
   void check_keys(bool is_unreadable);
   void use_keys(Random& random);

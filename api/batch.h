@@ -65,6 +65,7 @@ struct BatchMember {
   double fraction = 0;
   std::uint32_t revision = 0;  ///< of its image; 0: there is none yet
   double cpu_seconds = 0;
+  std::optional<core::Flicker> flicker = {};  ///< of its image of a video
 };
 
 struct BatchView {

@@ -48,7 +48,11 @@ struct SceneFromAssets {
 Parsed<SceneFromAssets> parse_scene_from_assets(std::string_view body);
 
 /// Which picture of a job is compared or shown.
-enum class DenoiseShow { kOff, kMixed, kFull };
+enum class DenoiseShow { kOff, kMixed, kFull, kVideo };
+/// Returns whether it is the denoiser's own image, without the plain one.
+constexpr bool is_full(DenoiseShow show) {
+  return show == DenoiseShow::kFull || show == DenoiseShow::kVideo;
+}
 std::span<const core::NamedValue<DenoiseShow>> denoise_shows();
 
 /// POST /v1/comparisons: ids of a job (UUID) or an asset (sha256).

@@ -181,7 +181,8 @@ class App {
         *std::move(options), *run);
     app->batches_ =
         std::make_unique<BatchService>(*app->jobs_, app->job_table_, app->batch_table_, app->log_);
-    app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->memory_gate_, app->log_);
+    app->denoising_ = std::make_unique<DenoiseService>(*app->jobs_, app->batch_table_,
+                                                       app->memory_gate_, app->log_);
     app->pictures_ = std::make_unique<SingleFlightCache<EncodedPicture>>(
         std::min(kPictureCacheBytes, app->memory_.film_cache_bytes),
         SingleFlightCache<EncodedPicture>::Oversized::kNotKept);

@@ -66,6 +66,18 @@ Json progress_shape() {
   return shape;
 }
 
+/// Of all pairs of frames whose images were made.
+Json flicker_of(const BatchView& batch) {
+  std::optional<core::Flicker> sum;
+  for (const BatchMember& job : batch.jobs) {
+    if (job.flicker) {
+      sum = sum.value_or(core::Flicker());
+      *sum += *job.flicker;
+    }
+  }
+  return flicker_json(sum);
+}
+
 Json links_json(const BatchView& batch) {
   const std::string self = "/v1/batches/" + batch.id;
   return {{"self", self},
@@ -104,6 +116,7 @@ std::vector<ViewRow<BatchView>> common_rows() {
            [](const BatchView& b) -> Json { return rfc3339(b.created_at_unix_seconds); }},
           {"progress", progress_shape(), &progress_json},
           {"counts", counts_shape(), &counts_json},
+          {"flicker", shape::nullable(flicker_view().shape()), &flicker_of},
           {"damaged", damaged_shape(), [](const BatchView& b) -> Json { return b.damaged; }},
           {"links", shape::map(shape::text(), "Paths of related resources."), &links_json}};
 }

@@ -398,6 +398,25 @@ const ViewRow<JobView>& digest_row() {
 
 Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
+const View<core::FlickerInterval>& flicker_view() {
+  static const View<core::FlickerInterval> kView = {
+      "Flicker",
+      "By how much the error of images of a video changes from one frame to the next, relative to "
+      "their light, along the motion of the surfaces.",
+      {{"relative", shape::real("Root of its mean square."),
+        [](const core::FlickerInterval& f) { return number_json(f.relative); }},
+       {"low", shape::real("Lower end of its 95% interval."),
+        [](const core::FlickerInterval& f) { return number_json(f.low); }},
+       {"high", shape::real(),
+        [](const core::FlickerInterval& f) { return number_json(f.high); }}}};
+  return kView;
+}
+
+Json flicker_json(const std::optional<core::Flicker>& flicker) {
+  const auto interval = flicker ? core::interval(*flicker, 0.95) : std::nullopt;
+  return interval ? flicker_view().print(*interval) : Json(nullptr);
+}
+
 const View<DenoisedView>& denoised_view() {
   static const View<DenoisedView> kView = {
       "Denoised",
@@ -449,7 +468,12 @@ const View<DenoisedView>& denoised_view() {
        {"revision", shape::count("Revision of the image that was denoised."),
         [](const DenoisedView& d) -> Json { return d.revision; }},
        {"seconds", shape::real("Time that denoising took."),
-        [](const DenoisedView& d) { return number_json(d.seconds); }}}};
+        [](const DenoisedView& d) { return number_json(d.seconds); }},
+       {"frames",
+        shape::count("Frames beside it in the batch that it was averaged with: of `video`."),
+        [](const DenoisedView& d) -> Json { return d.by.frames; }},
+       {"flicker", shape::nullable(flicker_view().shape()),
+        [](const DenoisedView& d) { return flicker_json(d.flicker); }}}};
   return kView;
 }
 

@@ -14,6 +14,7 @@
 #include "api/problem.h"
 #include "core/base/warning.h"
 #include "core/denoise/denoiser.h"
+#include "core/denoise/flicker.h"
 #include "core/error/error_estimate.h"
 #include "core/film/film_merge.h"
 #include "core/film/meter_reading.h"
@@ -50,6 +51,8 @@ struct DenoisedView {
   core::ErrorInterval plain;  ///< of the picture before denoising
   std::uint32_t revision = 0;
   double seconds = 0;  ///< duration
+  /// Of an image of a video: from those beside it that were there before; empty: none was.
+  std::optional<core::Flicker> flicker = {};
 };
 
 /// The state of a job at one moment.

@@ -80,6 +80,7 @@ void add_view_schemas(Json& components) {
   error_view().add_to(components);
   light_not_found_view().add_to(components);
   statistics_view().add_to(components);
+  flicker_view().add_to(components);
   denoised_view().add_to(components);
   job_view().add_to(components);
   job_list_view().add_to(components);

@@ -42,6 +42,9 @@ const View<JobView>& progress_view();
 const View<JobView>& error_view();
 const View<JobView>& statistics_view();
 const View<DenoisedView>& denoised_view();
+const View<core::FlickerInterval>& flicker_view();
+/// Null if there is no interval.
+Json flicker_json(const std::optional<core::Flicker>& flicker);
 const View<core::LightNotFound>& light_not_found_view();
 const View<JobView>& job_view();
 const View<JobListView>& job_list_view();

@@ -24,6 +24,11 @@ constexpr std::array kDenoiseShows = {
         "mixed", DenoiseShow::kMixed,
         "The denoised image, mixed with the plain one where that is better."},
     core::NamedValue<DenoiseShow>{"full", DenoiseShow::kFull, "The denoiser's own image."},
+    core::NamedValue<DenoiseShow>{
+        "video", DenoiseShow::kVideo,
+        "The denoiser's own image, averaged with those of the frames before and after it in its "
+        "batch along the motion of the surfaces, for videos that do not flicker. All three jobs "
+        "must have ended."},
 };
 
 constexpr std::array kFireflies = {

@@ -12,6 +12,7 @@
 #include "clients/cli/files.h"
 #include "clients/cli/job_flags.h"
 #include "clients/cli/job_json.h"
+#include "clients/cli/progress.h"
 #include "clients/cli/submit.h"
 #include "clients/cli/terminal.h"
 #include "clients/cli/upload.h"
@@ -154,6 +155,19 @@ core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& 
   });
 }
 
+/// Says how much the error changes from frame to frame, if the server has measured it.
+void tell_flicker(ApiClient& client, const std::string& path) {
+  const auto reply = client.get(path);
+  const Json batch = reply ? parse_object(reply->body) : Json::object();
+  const Json& flicker = object_in(batch, "flicker");
+  if (flicker.contains("relative")) {
+    std::fprintf(stderr, "flicker %s (%s to %s)\n",
+                 error_text(number_at(flicker, "relative", 0)).c_str(),
+                 error_text(number_at(flicker, "low", 0)).c_str(),
+                 error_text(number_at(flicker, "high", 0)).c_str());
+  }
+}
+
 void print_batch(const BatchFlags& flags, const Json& batch) {
   if (flags.json) {
     std::printf("%s\n", batch.dump(2).c_str());
@@ -177,6 +191,9 @@ int follow(ApiClient& client, const BatchFlags& flags, const std::string& path) 
   if (!flags.video.output.empty()) {
     if (const auto made = make_video(client, flags, *ended); !made) {
       return complain("batch", made.error());
+    }
+    if (flags.denoise == "video") {
+      tell_flicker(client, path);
     }
   }
   return text_at(*ended, "state") == "finished" ? kDone : kFailed;
@@ -263,7 +280,7 @@ int batch(const Args& args) {
       ->type_name("N")
       ->capture_default_str();
   add_exposure_option(app, flags.exposure);
-  add_denoise_option(app, flags.denoise);
+  add_denoise_option(app, flags.denoise, true);
   app.add_flag("--dry-run", flags.dry_run, "Only validate the batch and print the jobs' names");
   app.add_flag("--json", flags.json, "Print the batch as JSON");
   add_server_flags(app, flags.server);

@@ -167,7 +167,7 @@ int fetch(const Args& args) {
                  "Tone map: khronos-neutral (default) srgb linear aces agx; only for .png, .jpg, "
                  ".webp, .avif")
       ->type_name("T");
-  add_denoise_option(app, query.denoise);
+  add_denoise_option(app, query.denoise, true);
   add_fireflies_option(app, query.fireflies);
   add_look_options(app, query.look);
   app.add_flag("--film", film, "Download the raw film instead (input for `merge`)")

@@ -78,12 +78,16 @@ void add_fireflies_option(CLI::App& app, std::string& fireflies) {
       ->type_name("MODE");
 }
 
-void add_denoise_option(CLI::App& app, std::string& denoise) {
-  app.add_option("--denoise", denoise,
-                 "Image to write: off, mixed (denoised, mixed with the plain one where that is "
-                 "better), full (the denoiser's own)")
-      ->check(CLI::IsMember({"off", "mixed", "full"}))
-      ->type_name("MODE");
+void add_denoise_option(CLI::App& app, std::string& denoise, bool is_of_batch) {
+  std::vector<std::string> modes = {"off", "mixed", "full"};
+  std::string words =
+      "Image to write: off, mixed (denoised, mixed with the plain one where that is better), full "
+      "(the denoiser's own)";
+  if (is_of_batch) {
+    modes.emplace_back("video");
+    words += ", video (that averaged with the frames before and after it in its batch)";
+  }
+  app.add_option("--denoise", denoise, words)->check(CLI::IsMember(modes))->type_name("MODE");
 }
 
 CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure) {

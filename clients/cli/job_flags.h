@@ -55,6 +55,7 @@ void add_fireflies_option(CLI::App& app, std::string& fireflies);
 /// --exposure: a number of stops, or auto.
 CLI::Option* add_exposure_option(CLI::App& app, std::string& exposure);
 /// --denoise: off, mixed or full.
-void add_denoise_option(CLI::App& app, std::string& denoise);
+/// is_of_batch: the job may be a frame of a video.
+void add_denoise_option(CLI::App& app, std::string& denoise, bool is_of_batch = false);
 
 }  // namespace cli

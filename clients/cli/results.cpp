@@ -196,8 +196,10 @@ int compare(const Args& args) {
   bool json = false;
   app.add_option("a", a.picture, "Job or image file")->required()->type_name("ID|FILE");
   app.add_option("b", b.picture, "Job or image file")->required()->type_name("ID|FILE");
-  app.add_option("--a-denoise", a.denoise, "Image of job a: off, mixed, full")->type_name("MODE");
-  app.add_option("--b-denoise", b.denoise, "Image of job b: off, mixed, full")->type_name("MODE");
+  app.add_option("--a-denoise", a.denoise, "Image of job a: off, mixed, full, video")
+      ->type_name("MODE");
+  app.add_option("--b-denoise", b.denoise, "Image of job b: off, mixed, full, video")
+      ->type_name("MODE");
   app.add_flag("--json", json, "Print the comparison as JSON");
   add_server_flags(app, server);
   return parse_and_run(app, args, [&] { return compare_pictures(server, a, b, json); });

@@ -384,6 +384,19 @@ std::size_t DenoisedPicture::bytes() const noexcept {
          plain_tiles.size() * (sizeof(TileSums) + 2 * sizeof(double));
 }
 
+std::size_t CleanFilm::bytes() const noexcept {
+  std::size_t floats = calm[0].size() + calm[1].size();
+  for (const CleanHalves* halves : {&light, &alpha}) {
+    for (const HalfPicture& half : halves->plain) {
+      floats += 3 * half.mean[0].size() + half.variance.size();
+    }
+    for (const ColorPlanes& half : halves->clean) {
+      floats += 3 * half[0].size();
+    }
+  }
+  return floats * sizeof(float);
+}
+
 DenoisedPicture denoised_picture(const FilmSnapshot& film, std::span<const HalfPicture> halves,
                                  std::span<const ColorPlanes> filtered) {
   CHECK(halves.size() == 2 && filtered.size() == 2);

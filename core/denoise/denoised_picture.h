@@ -94,6 +94,8 @@ struct CleanFilm {
   CleanHalves alpha;  ///< if the film's errors are those over white
   CalmFactors calm;
   DenoiserFacts by;
+
+  std::size_t bytes() const noexcept;
 };
 Result<CleanFilm> clean_film(const FilmSnapshot& film, const FeaturePicture* features,
                              const Denoiser& denoiser, const ParallelFor& parallel);

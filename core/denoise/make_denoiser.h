@@ -10,5 +10,8 @@ namespace core {
 /// Errors: kUnavailable.
 Result<MadeDenoised> denoise_with(DenoiserType type, const FilmSnapshot& film,
                                   const FeaturePicture* features, const ParallelFor& parallel);
+/// The same for clean_film().
+Result<CleanFilm> clean_with(DenoiserType type, const FilmSnapshot& film,
+                             const FeaturePicture* features, const ParallelFor& parallel);
 
 }  // namespace core

@@ -22,6 +22,22 @@ constexpr std::array kDenoisers = {
                              "Intel's Open Image Denoise, a neural network, if it is installed."},
 };
 
+/// Returns make(denoiser) of the denoiser of this type; note: why `auto` did not take oidn.
+template <typename Make>
+auto with_denoiser(DenoiserType type, std::string& note, const Make& make)
+    -> decltype(make(StatisticalDenoiser())) {
+  CHECK(type != DenoiserType::kNone);
+  const std::string folder = find_oidn();
+  if (type == DenoiserType::kOidn || (type == DenoiserType::kAuto && !folder.empty())) {
+    auto made = make(OidnDenoiser({.folder = folder}));
+    if (made || type == DenoiserType::kOidn) {
+      return made;
+    }
+    note = made.error().message;
+  }
+  return make(StatisticalDenoiser());
+}
+
 }  // namespace
 
 std::span<const NamedValue<DenoiserType>> denoisers() { return kDenoisers; }
@@ -43,24 +59,22 @@ std::string to_text(const DenoiserFacts& facts) {
 
 Result<MadeDenoised> denoise_with(DenoiserType type, const FilmSnapshot& film,
                                   const FeaturePicture* features, const ParallelFor& parallel) {
-  CHECK(type != DenoiserType::kNone);
-  const StatisticalDenoiser statistical;
-  const std::string folder = find_oidn();
-  const bool takes_oidn =
-      type == DenoiserType::kOidn || (type == DenoiserType::kAuto && !folder.empty());
-  if (!takes_oidn) {
-    return denoise(film, features, statistical, parallel);
-  }
-  auto made = denoise(film, features, OidnDenoiser({.folder = folder}), parallel);
-  if (made || type == DenoiserType::kOidn) {
-    return made;
-  }
-  const std::string why = made.error().message;
-  made = denoise(film, features, statistical, parallel);
+  std::string note;
+  auto made = with_denoiser(type, note, [&](const Denoiser& denoiser) {
+    return denoise(film, features, denoiser, parallel);
+  });
   if (made) {
-    made->note = why;
+    made->note = note;
   }
   return made;
+}
+
+Result<CleanFilm> clean_with(DenoiserType type, const FilmSnapshot& film,
+                             const FeaturePicture* features, const ParallelFor& parallel) {
+  std::string note;  // The first image of a job tells it.
+  return with_denoiser(type, note, [&](const Denoiser& denoiser) {
+    return clean_film(film, features, denoiser, parallel);
+  });
 }
 
 }  // namespace core

@@ -167,7 +167,8 @@ core::Result<api::BatchView> BatchService::view_of(const BatchRow& batch) {
                          .state = now.state,
                          .fraction = now.progress.fraction,
                          .revision = now.progress.revision,
-                         .cpu_seconds = now.progress.cpu_seconds});
+                         .cpu_seconds = now.progress.cpu_seconds,
+                         .flicker = now.denoised ? now.denoised->flicker : std::nullopt});
   }
   return view;
 }

@@ -96,8 +96,12 @@ class Job {
     const core::MutexLock lock(mutex_);
     return denoised_;
   }
+  /// Keeps the flicker of a video's image of the same film.
   void set_denoised(api::DenoisedView denoised) {
     const core::MutexLock lock(mutex_);
+    if (!denoised.flicker && denoised_ && denoised_->revision == denoised.revision) {
+      denoised.flicker = denoised_->flicker;
+    }
     denoised_ = std::move(denoised);
   }
   /// Returns the exposure of exposure=auto for its last finished film, if that is known.

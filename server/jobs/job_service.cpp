@@ -367,6 +367,12 @@ core::Result<core::View> JobService::scene_view(const Job& job) const {
   return builder_.view(job.record().view.spec, {});
 }
 
+core::Result<std::shared_ptr<const core::MotionTarget>> JobService::scene_at(
+    const Job& job, double time_seconds, core::Place origin) const {
+  const api::JobSpec spec = job.record().view.spec;
+  return scenes_.later(spec.scene, time_seconds, spec.variant, origin);
+}
+
 Verdict JobService::check_stop(const core::StopRules& stop, const std::string& scene) const {
   if (!stop.light_not_found) {
     return {};  // No other rule depends on the scene.

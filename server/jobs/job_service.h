@@ -155,6 +155,10 @@ class JobService {
   /// Returns the view that the job is rendered from, loading it again if the job has ended. Errors:
   /// of loading the scene.
   core::Result<core::View> scene_view(const Job& job) const;
+  /// Returns the job's scene at another time, from the origin of that view. Errors: of loading.
+  core::Result<std::shared_ptr<const core::MotionTarget>> scene_at(const Job& job,
+                                                                   double time_seconds,
+                                                                   core::Place origin) const;
 
   struct Counts {
     std::map<std::string, std::int64_t> by_state;

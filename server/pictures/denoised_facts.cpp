@@ -9,11 +9,9 @@
 namespace server {
 namespace {
 
-bool is_full(const api::ImageQuery& query) { return query.denoise == api::DenoiseShow::kFull; }
-
 std::string denoiser_text(const api::DenoisedView& view, const api::ImageQuery& query) {
   std::string out = core::to_text(view.by);
-  out.append(is_full(query) ? ", full" : ", mixed");
+  out.append(api::is_full(query.denoise) ? ", full" : ", mixed");
   out.append(view.has_features ? "" : ", without features");
   return view.note.empty() ? out : out.append("; ").append(view.note);
 }
@@ -54,18 +52,18 @@ std::string error_text(const core::ErrorInterval& error) {
 }
 
 DenoisedFacts denoised_facts(const api::DenoisedView& view, const api::ImageQuery& query) {
-  const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
+  const core::ErrorInterval& error = api::is_full(query.denoise) ? view.full : view.mixed;
   DenoisedFacts out;
   out.denoiser = denoiser_text(view, query);
   out.error = error_text(error);
   // The denoiser's picture stays biased; the mixed one converges to the plain one.
-  out.bias = is_full(query) ? "biased" : "consistent";
+  out.bias = api::is_full(query.denoise) ? "biased" : "consistent";
   return out;
 }
 
 void add_denoised_origin(std::map<std::string, std::string>& texts, const api::DenoisedView& view,
                          const api::ImageQuery& query) {
-  const core::ErrorInterval& error = is_full(query) ? view.full : view.mixed;
+  const core::ErrorInterval& error = api::is_full(query.denoise) ? view.full : view.mixed;
   texts["tessera:denoiser"] = denoiser_text(view, query);
   texts["tessera:bias"] = denoised_facts(view, query).bias;
   texts.erase("tessera:error_interval");

@@ -307,13 +307,13 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
   if (!layer) {
     return layer.error();
   }
-  const bool is_full = picture.query.denoise == api::DenoiseShow::kFull;
   auto layers = core::LayerRows::create(
       film, picture.rect,
       all_layers ? std::nullopt : std::optional(layer->value_or(std::string(core::kBeauty))),
       picture.view.spec.render.film,
-      {.denoised = {picture.denoised,
-                    is_full ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed},
+      {.denoised = {picture.denoised, api::is_full(picture.query.denoise)
+                                          ? core::DenoiseMode::kFull
+                                          : core::DenoiseMode::kMixed},
        .mix =
            picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix),
        .sets_aside = sets_aside(picture)});

@@ -85,7 +85,7 @@ core::Result<EncodedPicture> BatchPictures::picture(const JobPointer& job,
   }
   DenoiseService::Pointer denoised;
   if (wants_denoised(look)) {
-    auto made = denoising_.get(job, **film, std::nullopt, MemoryGate::kPatience);
+    auto made = denoising_.get(job, **film, {look.denoise}, MemoryGate::kPatience);
     if (!made) {
       return made.error();
     }

@@ -87,12 +87,12 @@ core::Result<core::Picture> picture_of_job(const RouteContext& context, const Si
     return Error{ErrorCode::kConflict, "the job ended before every pixel had a sample", ""};
   }
   if (side.denoise != api::DenoiseShow::kOff) {
-    const auto made = context.denoising.get(*job, **film, std::nullopt, MemoryGate::kPatience);
+    const auto made = context.denoising.get(*job, **film, {side.denoise}, MemoryGate::kPatience);
     if (!made) {
       return made.error();
     }
-    const auto mode = side.denoise == api::DenoiseShow::kFull ? core::DenoiseMode::kFull
-                                                              : core::DenoiseMode::kMixed;
+    const auto mode =
+        api::is_full(side.denoise) ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed;
     return core::picture_of((*made)->picture.planes(mode), crop.width, crop.height);
   }
   core::Picture picture = core::picture_of((*film)->snapshot());

@@ -212,15 +212,15 @@ Response picture_answer(const RouteContext& context, const Request& request, con
     }
     film = *std::move(found);
     if (wants_denoised(query)) {
-      auto made = context.denoising.get(job, *film, query.revision, MemoryGate::kPatience);
+      auto made =
+          context.denoising.get(job, *film, {query.denoise, query.revision}, MemoryGate::kPatience);
       if (!made) {
         return error_answer(request, made.error());
       }
       denoised = *std::move(made);
     }
     revision = denoised ? denoised->view.revision : film->revision();
-    // A better picture of the same film may follow a quick one.
-    version = std::to_string(revision) + (denoised && denoised->is_preview ? "p" : "");
+    version = denoised ? denoised->version : std::to_string(revision);
   }
   if (query.revision && *query.revision > revision) {
     return error_answer(request,

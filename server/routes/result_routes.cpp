@@ -101,7 +101,7 @@ class PictureStream {
     }
     DenoiseService::Pointer denoised;
     if (wants_denoised(query_)) {
-      auto made = denoising_.get(job_, **film, std::nullopt, MemoryGate::kPatience);
+      auto made = denoising_.get(job_, **film, {query_.denoise}, MemoryGate::kPatience);
       if (!made) {
         return !is_final;
       }

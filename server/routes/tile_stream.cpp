@@ -166,14 +166,15 @@ bool TileStream::send_denoised(StreamWriter& writer, const core::Film& film, boo
     return true;
   }
   // Only the last picture waits for memory; others are retried in the next pass.
-  const auto made = parts_.denoising.get(
-      job_, film, std::nullopt, is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
+  const auto made =
+      parts_.denoising.get(job_, film, {query_.denoise},
+                           is_final ? MemoryGate::kPatience : std::chrono::milliseconds(0));
   if (!made || (*made)->view.revision <= std::max(denoised_sent_, query_.after)) {
     return true;
   }
   denoised_sent_ = (*made)->view.revision;
-  const auto mode = query_.denoise == api::DenoiseShow::kFull ? core::DenoiseMode::kFull
-                                                              : core::DenoiseMode::kMixed;
+  const auto mode =
+      api::is_full(query_.denoise) ? core::DenoiseMode::kFull : core::DenoiseMode::kMixed;
   const core::DenoisedPicture& picture = (*made)->picture;
   const auto tiles = core::tile_rects(picture.rect);
   for (std::size_t t = 0; t < tiles.size(); ++t) {

@@ -82,6 +82,22 @@ core::Result<std::vector<BatchJobRow>> BatchTable::jobs(const BatchRow& batch) {
   return rows;
 }
 
+core::Result<std::vector<std::string>> BatchTable::ids_beside(std::int64_t job) {
+  auto session = database_.session();
+  Statement select = session.prepare(
+      "SELECT id FROM batch_jobs JOIN jobs ON sequence=job WHERE batch="
+      "(SELECT batch FROM batch_jobs WHERE job=?) ORDER BY place");
+  select.bind(job);
+  std::vector<std::string> ids;
+  while (select.step()) {
+    ids.push_back(select.text(0));
+  }
+  if (const auto status = select.status(); !status) {
+    return status.error();
+  }
+  return ids;
+}
+
 core::Result<std::vector<BatchRow>> BatchTable::list(std::optional<std::int64_t> before, int limit,
                                                      const Access& access) {
   auto session = database_.session();

@@ -42,6 +42,8 @@ class BatchTable {
   /// Errors: kNotFound, also for one that `access` does not see.
   core::Result<BatchRow> find(std::string_view id, const Access& access);
   core::Result<std::vector<BatchJobRow>> jobs(const BatchRow& batch);
+  /// Returns the ids of the jobs of its batch, in their order; none if it was submitted alone.
+  core::Result<std::vector<std::string>> ids_beside(std::int64_t job);
   /// Returns the batches that `access` sees, newest first; only sequences below `before`.
   core::Result<std::vector<BatchRow>> list(std::optional<std::int64_t> before, int limit,
                                            const Access& access);

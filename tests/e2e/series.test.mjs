@@ -56,7 +56,7 @@ for (const [name, device] of [
       // The end of a zip's directory names three entries.
       const end = bytes.lastIndexOf(Buffer.from('PK\x05\x06', 'latin1'));
       assert.equal(bytes.readUInt16LE(end + 10), 3);
-      await page.getByText('Video', { exact: true }).click();
+      await page.click('.series-video summary');
       const command = await page.textContent('[data-testid=video-command]');
       const id = page.url().split('/').at(-1);
       assert.ok(command.startsWith(`tessera batch ${id} --video turn.mp4 `), command);
@@ -68,6 +68,45 @@ for (const [name, device] of [
       await page.waitForURL(/#\/jobs$/);
     }),
   );
+
+test('the images of a turntable are averaged as frames of a video', { skip, timeout: 120_000 }, () =>
+  withPage(desktop, '#/jobs', async (page) => {
+    const answer = await fetch(`${server.url}/v1/batches`, {
+      method: 'POST',
+      headers: { 'Content-Type': 'application/json' },
+      body: JSON.stringify({
+        template: {
+          scene: 'cornell-box',
+          film: { width: 160, height: 120 },
+          stop: { samples_per_pixel: 16 },
+        },
+        matrix: { 'camera.orbit.theta_degrees': [178, 180, 182] },
+      }),
+    });
+    const { id } = await answer.json();
+    await page.goto(`${server.url}/#/series/${id}`);
+    await until('the end', async () => /^Finished/.test(await stateOf(page)));
+    await page.selectOption('[data-testid=series-mode]', 'video');
+    const images = page.locator('.job-card img[src*="denoise=video"]');
+    await settles(
+      'all frames',
+      () => images.evaluateAll((all) => all.filter((one) => one.naturalWidth > 0).length),
+      3,
+    );
+    const { flicker } = await (await fetch(`${server.url}/v1/batches/${id}`)).json();
+    const percent = (value) => `${(100 * value).toPrecision(3)}%`;
+    await settles(
+      'the flicker',
+      () => page.textContent('[data-testid=flicker]'),
+      ` · flicker ${percent(flicker.relative)} (${percent(flicker.low)} to ${percent(flicker.high)})`,
+    );
+    assert.deepEqual(await accessibilityFaults(page), []);
+    if (process.env.TESSERA_SHOTS)
+      await page.screenshot({ path: `${process.env.TESSERA_SHOTS}/series-video.png` });
+    await page.click('.series-video summary');
+    assert.match(await page.textContent('[data-testid=video-command]'), / --denoise video /);
+  }),
+);
 
 test('the settings of a render are shown, used again and exported as commands', {
   skip,

@@ -94,7 +94,7 @@ struct Server : test_support::ServerParts {
     jobs.emplace(of_jobs(), options, run);
     batch_table.emplace(*database);
     batches.emplace(*jobs, *table, *batch_table, log);
-    denoising.emplace(*jobs, *memory, log);
+    denoising.emplace(*jobs, *batch_table, *memory, log);
     comparisons.emplace(*database, *data, kComparisons);
     const auto resumed = jobs->resume();
     if (!resumed) {

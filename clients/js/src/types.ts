@@ -1084,6 +1084,18 @@ export interface Statistics {
   radius_ratio: number | null;
 }
 
+/**
+ * By how much the error of images of a video changes from one frame to the next, relative to their
+ * light, along the motion of the surfaces.
+ */
+export interface Flicker {
+  /** Root of its mean square. */
+  relative: number;
+  /** Lower end of its 95% interval. */
+  low: number;
+  high: number;
+}
+
 /** The newest denoised image, with the error of `mixed`. */
 export interface Denoised {
   /** The denoiser. */
@@ -1126,6 +1138,9 @@ export interface Denoised {
   revision: number;
   /** Time that denoising took. */
   seconds: number;
+  /** Frames beside it in the batch that it was averaged with: of `video`. */
+  frames: number;
+  flicker: Flicker | null;
 }
 
 /** A job. */
@@ -2222,6 +2237,7 @@ export interface Batch {
   progress: BatchProgress;
   /** Jobs in each state. */
   counts: BatchCounts;
+  flicker: Flicker | null;
   /**
    * Ids of jobs whose stored records are damaged: nothing is known of them, and they can only be
    * deleted.
@@ -2234,9 +2250,10 @@ export interface Batch {
 }
 
 /** A batch without its jobs. */
-export interface BatchSummary extends Omit<Batch, 'id' | 'created_at' | 'jobs'> {
+export interface BatchSummary extends Omit<Batch, 'id' | 'created_at' | 'flicker' | 'jobs'> {
   id: string;
   created_at: string;
+  flicker: Flicker | null;
 }
 
 /** A page of batches. */
@@ -2263,7 +2280,7 @@ export interface ComparisonRequest {
    * Which image of job a. For a denoised image the errors of individual pixels are unknown, so
    * bias.low, bias.high and z are null. Default: "off".
    */
-  a_denoise?: 'off' | 'mixed' | 'full';
+  a_denoise?: 'off' | 'mixed' | 'full' | 'video';
   /** Which image of job b. Default: "off". */
-  b_denoise?: 'off' | 'mixed' | 'full';
+  b_denoise?: 'off' | 'mixed' | 'full' | 'video';
 }

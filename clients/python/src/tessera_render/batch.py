@@ -106,7 +106,8 @@ class Batch:
         """Writes the finished images as the frames of a video (.mp4, .webm); needs ffmpeg.
 
         Without ffmpeg it raises FfmpegFailed before it downloads anything. look: exposure,
-        tonemap, denoise, background (white, for a video has no alpha).
+        tonemap, denoise ("video" for frames that hold still), background (white, for a video has no
+        alpha).
         """
         params = {"background": "ffffff"} | look
         with VideoWriter(path, fps) as writer:

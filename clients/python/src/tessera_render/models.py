@@ -780,6 +780,16 @@ class Statistics(TypedDict):
     radius_ratio: float | None
 
 
+class Flicker(TypedDict):
+    """By how much the error of images of a video changes from one frame to the next, relative to
+    their light, along the motion of the surfaces.
+    """
+
+    relative: float
+    low: float
+    high: float
+
+
 class Denoised(TypedDict):
     """The newest denoised image, with the error of `mixed`."""
 
@@ -801,6 +811,8 @@ class Denoised(TypedDict):
     gain: float | None
     revision: int
     seconds: float
+    frames: int
+    flicker: Flicker | None
 
 
 class Job(TypedDict):
@@ -1698,6 +1710,7 @@ class Batch(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    flicker: Flicker | None
     damaged: list[str]
     links: dict[str, str]
     jobs: list[BatchJob]
@@ -1712,6 +1725,7 @@ class BatchSummary(TypedDict):
     created_at: str
     progress: BatchProgress
     counts: BatchCounts
+    flicker: Flicker | None
     damaged: list[str]
     links: dict[str, str]
 
@@ -1734,5 +1748,5 @@ class ComparisonRequest(TypedDict):
 
     a: str
     b: str
-    a_denoise: NotRequired[Literal["off", "mixed", "full"]]
-    b_denoise: NotRequired[Literal["off", "mixed", "full"]]
+    a_denoise: NotRequired[Literal["off", "mixed", "full", "video"]]
+    b_denoise: NotRequired[Literal["off", "mixed", "full", "video"]]

@@ -37,6 +37,8 @@ export interface Display {
   denoised?: boolean;
   /** full: as the denoiser made it; mixed (default): parts that it would spoil stay as rendered. */
   denoiseMode?: 'mixed' | 'full';
+  /** Of the images of a series. */
+  seriesMode?: 'mixed' | 'full' | 'video';
   split?: number;
 }
 const isDisplay = (v: unknown): v is Display =>

@@ -51,7 +51,7 @@ const restMs = 250;
 
 type DenoiseMode = NonNullable<ReturnType<typeof display.get>['denoiseMode']>;
 
-const denoiseModes: Record<DenoiseMode, { label: string; meaning: string }> = {
+export const denoiseModes: Record<DenoiseMode, { label: string; meaning: string }> = {
   mixed: {
     label: 'Mixed',
     meaning: 'Denoised; parts that the denoiser would spoil are left as rendered',

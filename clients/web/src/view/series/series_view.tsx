@@ -1,11 +1,12 @@
-import { useEffect, useState } from 'preact/hooks';
-import type { Batch, BatchJob, BatchSummary, Job, JobState } from 'tessera-render';
+import { useEffect, useRef, useState } from 'preact/hooks';
+import type { Batch, BatchJob, BatchSummary, Flicker, Job, JobState } from 'tessera-render';
 import { api, explain, imageUrl, relative, RequestError } from '../../api/client';
 import { isFinal } from '../../api/states';
-import { ago, doneShare } from '../../ui/format';
+import { ago, doneShare, percent } from '../../ui/format';
 import { go } from '../../ui/router';
 import { display, sayError, serverInfo } from '../../ui/server_state';
 import { useStore } from '../../ui/store';
+import { denoiseModes } from '../job/denoised_image';
 
 const lookMs = 1000;
 const formats = ['png', 'jpg', 'webp', 'exr'] as const;
@@ -71,12 +72,44 @@ function useFirstJob(batch: Batch): Job | null {
   return job;
 }
 
-/** Whether its images can be denoised, and whether that is selected. */
-function useDenoising(first: Job | null): { may: boolean; denoise: 'mixed' | 'off' } {
-  const wanted = useStore(display).denoised !== false;
+type SeriesMode = NonNullable<ReturnType<typeof display.get>['seriesMode']>;
+
+const seriesModes: Record<SeriesMode, { label: string; meaning: string }> = {
+  ...denoiseModes,
+  video: {
+    label: 'Video',
+    meaning:
+      'Averaged with the images before and after it along the motion, so that it holds still',
+  },
+};
+
+/** Whether its images are frames: of a moving camera or of an animation. */
+const isVideo = ({ jobs }: Batch): boolean =>
+  jobs.length > 1 &&
+  Object.keys(jobs[0]?.values ?? {}).some((key) => /^(camera\b|time_seconds$)/.test(key));
+
+const flickerMeaning =
+  'By how much the error changes from one image to the next, with its 95% interval';
+const flickerText = ({ relative: r, low, high }: Flicker): string =>
+  `flicker ${percent(r)} (${percent(low)} to ${percent(high)})`;
+
+interface Denoising {
+  may: boolean;
+  modes: SeriesMode[];
+  mode: SeriesMode;
+  denoise: SeriesMode | 'off';
+}
+
+/** Whether and how its images can be denoised, and what is selected. */
+function useDenoising(batch: Batch, first: Job | null): Denoising {
+  const { denoised, seriesMode = 'mixed' } = useStore(display);
   const offered = useStore(serverInfo)?.layers?.includes('denoised') ?? false;
   const may = offered && first !== null && first.spec.denoise?.type !== 'none';
-  return { may, denoise: may && wanted ? 'mixed' : 'off' };
+  // Its frames are averaged once all have ended.
+  const modes: SeriesMode[] =
+    ended(batch.state) && isVideo(batch) ? ['mixed', 'full', 'video'] : ['mixed', 'full'];
+  const mode = modes.includes(seriesMode) ? seriesMode : 'mixed';
+  return { may, modes, mode, denoise: may && denoised !== false ? mode : 'off' };
 }
 
 export function SeriesView({ id }: { id: string }) {
@@ -105,7 +138,15 @@ interface SeriesProps {
 
 function Series({ batch, fault, onChange }: SeriesProps) {
   const first = useFirstJob(batch);
-  const denoising = useDenoising(first);
+  const timer = useRef(0);
+  // It is known as the images are made.
+  const tellFlicker = (): void => {
+    clearTimeout(timer.current);
+    timer.current = window.setTimeout(onChange, lookMs);
+  };
+  useEffect(() => () => clearTimeout(timer.current), []);
+  const denoising = useDenoising(batch, first);
+  const { flicker } = batch;
   const film = first?.spec.film;
   const count = `${batch.jobs.length} images`;
   const title = titleOf(batch);
@@ -120,6 +161,11 @@ function Series({ batch, fault, onChange }: SeriesProps) {
               {!ended(batch.state) && `: ${doneShare(batch.progress.fraction)}`}
             </span>
             {title && ` · ${count}`}
+            {denoising.denoise === 'video' && flicker && (
+              <span data-testid="flicker" title={flickerMeaning}>
+                {` · ${flickerText(flicker)}`}
+              </span>
+            )}
           </p>
         </div>
         {!ended(batch.state) && (
@@ -133,14 +179,22 @@ function Series({ batch, fault, onChange }: SeriesProps) {
         </p>
       )}
       {batch.state === 'finished' && batch.jobs.length > 1 && (
-        <VideoCommand id={batch.id} denoise={denoising.denoise} />
+        <VideoCommand
+          id={batch.id}
+          denoise={denoising.denoise !== 'off' && isVideo(batch) ? 'video' : denoising.denoise}
+        />
       )}
       <ul
         class={`job-grid${first?.spec.background?.type === 'transparent' ? ' on-white' : ''}`}
         style={film ? { '--thumb-ratio': `${film.width} / ${film.height}` } : undefined}
       >
         {batch.jobs.map((job) => (
-          <SeriesCard key={job.id} job={job} denoise={denoising.denoise} />
+          <SeriesCard
+            key={job.id}
+            job={job}
+            denoise={denoising.denoise}
+            onShown={denoising.denoise === 'video' ? tellFlicker : undefined}
+          />
         ))}
       </ul>
     </div>
@@ -174,7 +228,11 @@ interface ActionsProps {
   onChange: () => void;
 }
 
-function SeriesActions({ batch, denoising: { may, denoise }, onChange }: ActionsProps) {
+function SeriesActions({
+  batch,
+  denoising: { may, modes, mode, denoise },
+  onChange,
+}: ActionsProps) {
   const [format, setFormat] = useState<string>('png');
   // EXR contains every layer, which a denoised image does not have.
   const hasLayers = format === 'exr';
@@ -221,18 +279,35 @@ function SeriesActions({ batch, denoising: { may, denoise }, onChange }: Actions
         </select>
       </label>
       {may && !hasLayers && (
-        <label
-          class="check"
-          title="Denoised; parts that the denoiser would spoil are left as rendered"
-        >
-          <input
-            type="checkbox"
-            checked={denoise !== 'off'}
-            data-testid="series-denoised"
-            onChange={(e) => display.set({ ...display.get(), denoised: e.currentTarget.checked })}
-          />
-          Denoised
-        </label>
+        <>
+          <label class="check" title="Off: the images as rendered">
+            <input
+              type="checkbox"
+              checked={denoise !== 'off'}
+              data-testid="series-denoised"
+              onChange={(e) => display.set({ ...display.get(), denoised: e.currentTarget.checked })}
+            />
+            Denoised
+          </label>
+          <label>
+            <span class="visually-hidden">Denoised images</span>
+            <select
+              title={seriesModes[mode].meaning}
+              value={mode}
+              disabled={denoise === 'off'}
+              data-testid="series-mode"
+              onChange={(e) =>
+                display.set({ ...display.get(), seriesMode: e.currentTarget.value as SeriesMode })
+              }
+            >
+              {modes.map((name) => (
+                <option key={name} value={name}>
+                  {seriesModes[name].label}
+                </option>
+              ))}
+            </select>
+          </label>
+        </>
       )}
       <a
         class="quiet"
@@ -280,7 +355,13 @@ const wordsOf = (value: unknown): string =>
 const isBegun = (job: BatchJob): boolean =>
   (job.state === 'rendering' || job.state === 'paused') && job.revision > 0;
 
-function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
+interface CardProps {
+  job: BatchJob;
+  denoise: string;
+  onShown: (() => void) | undefined;
+}
+
+function SeriesCard({ job, denoise, onShown }: CardProps) {
   // Values that are not part of its name.
   const values = Object.values(job.values)
     .map(wordsOf)
@@ -298,6 +379,7 @@ function SeriesCard({ job, denoise }: { job: BatchJob; denoise: string }) {
                 ...(job.state === 'finished' ? { denoise } : { revision: job.revision }),
               })}
               alt=""
+              onLoad={onShown}
               decoding="async"
               loading="lazy"
             />

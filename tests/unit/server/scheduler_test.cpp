@@ -172,6 +172,17 @@ TEST(Scheduler, HigherPriorityIsServedExclusively) {
   EXPECT_LE(low->done() - before, 2);
 }
 
+TEST(Scheduler, HigherPriorityIsServedExclusivelyByEveryThread) {
+  Scheduler scheduler(2);
+  const auto high = std::make_shared<Burner>(0.0001);
+  const auto low = std::make_shared<Burner>(0.0001);
+  scheduler.add(high, {.priority = 1});
+  scheduler.add(low, {.priority = 0}, "another tenant");
+  ASSERT_TRUE(eventually([&] { return high->done() >= 500; }));
+  scheduler.stop();
+  EXPECT_EQ(low->done(), 0);
+}
+
 TEST(Scheduler, PreviewPrecedesAnyPriority) {
   Scheduler scheduler(1);
   const auto normal = std::make_shared<Burner>(0.001);

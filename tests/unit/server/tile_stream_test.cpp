@@ -104,7 +104,8 @@ TEST_F(Tiles, OfAJobAreTheSameBytesInEveryStream) {
     frame.relative_error = core::tile_error(*film, tile);
     expected += api::encode_tile_frame(frame);
   }
-  server::DenoiseService denoising(*jobs, *memory, log);
+  server::BatchTable batches(*database);
+  server::DenoiseService denoising(*jobs, batches, *memory, log);
   TileFrames frames;
   const server::StreamGate gate(8);
   for (int i = 0; i < 2; ++i) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "api/json/error_codes.h"
 #include "core/denoise/make_denoiser.h"
 #include "core/denoise/oidn.h"
 #include "core/render/picture/feature_pass.h"
@@ -263,7 +264,7 @@ core::Result<std::vector<DenoiseService::Neighbour>> DenoiseService::neighbours_
       return frame_not_ended();
     }
     const auto film = jobs_.films().final_film(*other, {});
-    if (film && core::samples_of_halves((*film)->snapshot()) > 0) {
+    if (film && (*film)->sample_counts().min >= 2) {
       out.push_back({other, *film});
     }
   }
@@ -324,16 +325,22 @@ core::Result<DenoiseService::Pointer> DenoiseService::make_in_series(
     frames.push_back(*frame);
     matches.push_back(*std::move(found));
   }
+  // Some of all of them, or none.
+  bool has_features = (*own)->features != nullptr;
+  for (const auto& frame : frames) {
+    has_features = has_features && frame->features != nullptr;
+  }
   std::vector<core::CleanNeighbour> clean;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    clean.push_back({&frames[i]->clean, frames[i]->features.get(), &matches[i]});
+    clean.push_back(
+        {&frames[i]->clean, has_features ? frames[i]->features.get() : nullptr, &matches[i]});
   }
-  const core::FeaturePicture* features = (*own)->features.get();
+  const core::FeaturePicture* features = has_features ? (*own)->features.get() : nullptr;
   core::MadeDenoised denoised =
       core::denoised((*own)->film, features, core::mean_in_series((*own)->clean, features, clean));
   auto made = std::make_shared<Made>();
   made->picture = std::move(denoised.picture);
-  made->view = view_of(made->picture, std::move(denoised.by), features != nullptr);
+  made->view = view_of(made->picture, std::move(denoised.by), has_features);
   made->version = version;
   for (std::size_t i = 0; i < neighbours.size(); ++i) {
     const auto flicker =
@@ -375,7 +382,11 @@ core::Result<core::FrameMatch> DenoiseService::match(const Job& from, const Job&
   const auto here = jobs_.scene_view(from);
   const auto there = jobs_.scene_view(to);
   if (!here || !there) {
-    return here ? there.error() : here.error();
+    const Error& error = here ? there.error() : here.error();
+    return error.code == ErrorCode::kNotFound
+               ? Error{api::kGone, "video follows the surfaces of the scene, which was deleted",
+                       "/denoise"}
+               : error;
   }
   std::shared_ptr<const core::MotionTarget> target;
   const std::optional<double> time = to.record().view.spec.time_seconds;

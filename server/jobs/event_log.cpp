@@ -40,6 +40,10 @@ void EventLog::drop(std::uint64_t first, int count) {
 void EventLog::tile_changed(int tile, std::uint32_t revision) {
   {
     const core::MutexLock lock(mutex_);
+    const auto known = seq_of_tile_.find(tile);
+    if (known != seq_of_tile_.end() && revision <= tiles_.at(known->second).revision) {
+      return;
+    }
     const std::uint64_t seq = next_seq_++;
     const auto [place, is_new] = seq_of_tile_.emplace(tile, seq);
     if (!is_new) {

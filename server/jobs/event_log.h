@@ -41,6 +41,8 @@ class EventLog {
   void publish(std::vector<LoggedEvent> events);
   void drop(std::uint64_t first, int count);
 
+  /// No effect if a newer revision of the tile was published before: a run that has left the job to
+  /// another may publish its last one late.
   void tile_changed(int tile, std::uint32_t revision);
   void progress_changed();
 

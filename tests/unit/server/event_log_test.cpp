@@ -24,6 +24,20 @@ void tell(EventLog& log, EventType type, std::string data) {
   log.publish({durable(log.reserve(1), type, std::move(data))});
 }
 
+// A run may be stopped between a change of its film and its announcement, for seconds; meanwhile
+// the job was parked, and goes on in another.
+TEST(EventLog, OlderRevisionsOfATileAreNotAnnounced) {
+  EventLog log;
+  log.tile_changed(0, 65539);
+  log.tile_changed(0, 2);
+  log.tile_changed(1, 2);
+  const auto events = log.read_after(0, 100);
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_EQ(events[0].revision, 65539U);
+  EXPECT_EQ(events[1].tile, 1);
+  EXPECT_EQ(log.last_seq(), 2U);
+}
+
 TEST(EventLog, NumbersAreInOrderOfPublication) {
   EventLog log;
   tell(log, EventType::kState, "a");

@@ -74,7 +74,8 @@ std::string watch_tiles(const server::TileStream::Parts& parts, const server::Jo
     sleep_for(kSecond / 10);
   }
   const auto film = parts.jobs.films().film(*job);
-  return film ? client.lacks(**film) : "";
+  // What a failed job could not store is lost; a retry renders it again.
+  return film && job->state() != api::JobState::kFailed ? client.lacks(**film) : "";
 }
 
 std::string watch_events(const server::JobPointer& job, Nanoseconds until) {

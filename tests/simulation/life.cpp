@@ -723,10 +723,6 @@ void World::play() {
   if (workers_) {
     workers_->stop();
     sleep_for(kSecond);
-    // Units of removed jobs are closed once a slice that checks one of their results has ended.
-    for (int waits = 0; waits < kRestWaits && server_.jobs->board()->counts().open > 0; ++waits) {
-      sleep_for(kSecond);
-    }
     const auto was_interrupted = [this](const server::Job& job) {
       return was_full_ || paused_.count(job.id()) > 0;
     };

@@ -37,6 +37,7 @@ namespace simulation {
 namespace {
 
 constexpr std::size_t kKeys = 16;
+constexpr int kRestWaits = 60;  ///< seconds, after the last job has ended
 
 /// Chance that what is in order at a tick fails, or what fails is in order again.
 double chance_per_tick(Nanoseconds mean) {

@@ -30,7 +30,6 @@ inline constexpr Nanoseconds kCalm = 5 * kHour;
 /// Every job has ended at this time of a shift.
 inline constexpr Nanoseconds kNight = kCalm + kHour;
 inline constexpr Nanoseconds kTick = 30 * kSecond;  ///< Between two decisions of the operator.
-inline constexpr int kRestWaits = 60;               ///< Seconds, after the last job has ended.
 
 /// A life as its threads see it.
 class World {

@@ -53,10 +53,10 @@ struct FaultRow {
 /// number is larger: each must happen once a day.
 inline constexpr std::array<FaultRow, 30> kFaults = {
     {{"killed", 24},          {"power-lost", 24},
-     {"stopped", 8},          {"upgraded", 0},
+     {"stopped", 16},         {"upgraded", 0},
      {"stalled", 1000},       {"clock-jumped", 12},
      {"disk-full", 12},       {"disk-unreadable", 6},
-     {"read-fails", 6},       {"write-fails", 6},
+     {"read-fails", 12},      {"write-fails", 6},
      {"film-damaged", 12},    {"log-damaged", 36},
      {"load-hangs", 12},      {"load-fails", 12},
      {"drained", 6},          {"reloaded", 12},

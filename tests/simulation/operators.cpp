@@ -174,7 +174,7 @@ void World::operate(Random& random) {
   if (is_faulty && strikes(Fault::kReloaded)) {
     reload();
   }
-  if (is_faulty && random.chance(chance_per_tick(kDay / 3))) {
+  if (is_faulty && random.chance(chance_per_tick(kDay / 8))) {
     back_up();
   }
   if (random.chance(0.02)) {

@@ -56,7 +56,7 @@ inline constexpr std::array<FaultRow, 30> kFaults = {
      {"stopped", 16},         {"upgraded", 0},
      {"stalled", 1000},       {"clock-jumped", 12},
      {"disk-full", 12},       {"disk-unreadable", 6},
-     {"read-fails", 12},      {"write-fails", 6},
+     {"read-fails", 6},       {"write-fails", 6},
      {"film-damaged", 12},    {"log-damaged", 36},
      {"load-hangs", 12},      {"load-fails", 12},
      {"drained", 6},          {"reloaded", 12},

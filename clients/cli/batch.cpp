@@ -155,10 +155,13 @@ core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& 
   });
 }
 
-/// Says how much the error changes from frame to frame, if the server has measured it.
-void tell_flicker(ApiClient& client, const std::string& path) {
+/// Prints how much the error changes from frame to frame, if the server has measured it.
+core::Status print_flicker(ApiClient& client, const std::string& path) {
   const auto reply = client.get(path);
-  const Json batch = reply ? parse_object(reply->body) : Json::object();
+  if (!reply) {
+    return reply.error();
+  }
+  const Json batch = parse_object(reply->body);
   const Json& flicker = object_in(batch, "flicker");
   if (flicker.contains("relative")) {
     std::fprintf(stderr, "flicker %s (%s to %s)\n",
@@ -166,6 +169,7 @@ void tell_flicker(ApiClient& client, const std::string& path) {
                  error_text(number_at(flicker, "low", 0)).c_str(),
                  error_text(number_at(flicker, "high", 0)).c_str());
   }
+  return core::ok_status();
 }
 
 void print_batch(const BatchFlags& flags, const Json& batch) {
@@ -193,7 +197,9 @@ int follow(ApiClient& client, const BatchFlags& flags, const std::string& path) 
       return complain("batch", made.error());
     }
     if (flags.denoise == "video") {
-      tell_flicker(client, path);
+      if (const auto printed = print_flicker(client, path); !printed) {
+        return complain("batch", printed.error());
+      }
     }
   }
   return text_at(*ended, "state") == "finished" ? kDone : kFailed;

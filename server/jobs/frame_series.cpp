@@ -8,8 +8,6 @@
 namespace server {
 namespace {
 
-using Ids = std::vector<std::string>;
-
 /// Returns the first of these that is a frame of the series; null: none is.
 template <typename Id>
 core::Result<JobPointer> first_frame(JobService& jobs, const api::JobSpec& spec, Id id, Id end) {

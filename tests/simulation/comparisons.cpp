@@ -32,9 +32,4 @@ Comparisons::Stored Comparisons::store(const std::string& tenant, const std::str
   return stored;
 }
 
-std::string Comparisons::find(const std::string& id, const server::Access& access) {
-  auto body = store_.find(id, access);
-  return body ? *std::move(body) : "";
-}
-
 }  // namespace simulation

@@ -28,8 +28,6 @@ class Comparisons {
     Nanoseconds starved = 0;
   };
   Stored store(const std::string& tenant, const std::string& id, const std::string& body);
-  /// Returns the body; empty: `access` sees no such comparison.
-  std::string find(const std::string& id, const server::Access& access);
   server::ComparisonStore& table() { return store_; }
 
  private:

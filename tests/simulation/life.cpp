@@ -474,12 +474,14 @@ void World::compare(int tenant, const std::string& id, const JobPointer& job) {
 void World::act(int tenant, Random& random) {
   if (const auto compared = ledger_.compared().find(tenant); compared != ledger_.compared().end()) {
     const auto& [own, body] = compared->second;
-    const std::string found = server_.comparisons->find(own, Access::of(access_name(tenant)));
-    const bool is_unread = found.empty() && has_happened(Fault::kReadFails);
-    if (found != body && !is_unread) {
+    server::ComparisonStore& table = server_.comparisons->table();
+    const auto found = table.find(own, Access::of(access_name(tenant)));
+    const bool is_unread = !found && found.error().code != core::ErrorCode::kNotFound &&
+                           has_happened(Fault::kReadFails);
+    if (!is_unread && (!found || *found != body)) {
       fail("comparison " + own + " is lost or has changed");
     }
-    if (!server_.comparisons->find(own, Access::of(access_name(tenant % kTenants + 1))).empty()) {
+    if (table.find(own, Access::of(access_name(tenant % kTenants + 1)))) {
       fail("another tenant sees comparison " + own);
     }
   }

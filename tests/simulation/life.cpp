@@ -667,8 +667,8 @@ void World::play_tenant(int tenant) {
 
 void World::play_floods() {
   Random random(life_.seed * 4099 + life_.number);
-  requests_.end_flood();
-  while (!is_calm()) {
+  requests_.end_flood();  // Of an earlier life.
+  while (!workers_ && !is_calm()) {
     const auto pause = static_cast<Nanoseconds>(random.exponential(kHour));
     sleep_for(std::min(pause, kCalm - time_of_shift()));
     if (!is_calm() && !is_full_ && !is_draining_) {
@@ -690,9 +690,7 @@ void World::play() {
     fail_operations();
   }
   std::vector<std::thread> tenants;
-  if (!workers_seed_) {
-    tenants.emplace_back([this] { play_floods(); });
-  }
+  tenants.emplace_back([this] { play_floods(); });
   for (int tenant = 1; tenant <= kTenants; ++tenant) {
     tenants.emplace_back([this, tenant] { play_tenant(tenant); });
   }

@@ -69,6 +69,12 @@ constexpr std::array kLightSamplers = {
         "that keep the result unbiased (reservoir resampling). Errors of neighbouring pixels are "
         "correlated. Sample counts are rounded up to multiples of `history` times the replicates.",
         {"/light_sampler/block", "/light_sampler/history", "/light_sampler/candidates_per_pixel"}},
+    NamedValue<LightSamplerType>{
+        "measured",
+        LightSamplerType::kMeasured,
+        "`tree` or `ris`, whichever is more efficient, 1 / (V T), in small "
+        "pilot images.",
+        {"/light_sampler/candidates"}},
 };
 
 constexpr std::array kStrategies = {

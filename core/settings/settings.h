@@ -101,7 +101,8 @@ enum class SamplerType {
 /// Whether the errors of neighbouring pixels are independent. If not, variances do not add up over
 /// a block.
 enum class PixelErrors { kIndependent, kCorrelated };
-enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir };
+/// kMeasured: settle() replaces it by kTree or kRis.
+enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir, kMeasured };
 
 enum class ControlVariateType { kNone, kAnalytic, kRegression };
 

@@ -259,6 +259,7 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
       render.caustics = view->settings.caustics;
       render.estimator = view->settings.estimator;
       render.adaptive = view->settings.adaptive;
+      render.light_sampler = view->settings.light_sampler;
       record.view.warnings.push_back(*settled);
       return {};
     };

@@ -18,6 +18,7 @@
 #include "server/routes/context.h"
 #include "server/routes/picture_answer.h"
 #include "server/routes/webhook_address.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -85,16 +86,12 @@ Response create_batch(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response list_batches(const RouteContext& context, Request& request) {
-  const auto query = api::parse_batch_list_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto before = page_start(query->cursor);
+Response list_batches(const RouteContext& context, Request& request, const api::ListQuery& query) {
+  const auto before = page_start(query.cursor);
   if (!before) {
     return error_answer(request, before.error());
   }
-  const auto page = context.batches.list(*before, query->limit, request.access);
+  const auto page = context.batches.list(*before, query.limit, request.access);
   if (!page) {
     return error_answer(request, page.error());
   }
@@ -178,13 +175,10 @@ std::string archive_etag(const Request& request, const std::vector<JobPointer>& 
   return make_etag("z-" + core::sha256_hex(content.data(), content.size()).substr(0, 16));
 }
 
-Response archive(const RouteContext& context, Request& request) {
-  const auto query = api::parse_archive_query(request.query_params, tone_map_names());
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const core::ImageFormat& format = format_of(query->format);
-  if (const auto refused = refused_look(format, query->look)) {
+Response archive(const RouteContext& context, Request& request,
+                 const api::BatchPicturesQuery& query) {
+  const core::ImageFormat& format = format_of(query.format);
+  if (const auto refused = refused_look(format, query.look)) {
     return error_answer(request, *refused);
   }
   const auto jobs = context.batches.jobs(id_of(request), request.access);
@@ -199,9 +193,9 @@ Response archive(const RouteContext& context, Request& request) {
   if (is_not_modified(request, etag)) {
     return not_modified(etag);
   }
-  const BatchPictures pictures(context, query->look);
+  const BatchPictures pictures(context, query.look);
   // Makes the first image before the status is sent, so that errors common to all images get one.
-  const auto first = pictures.picture(found->front(), format, query->look);
+  const auto first = pictures.picture(found->front(), format, query.look);
   if (!first) {
     return error_answer(request, first.error());
   }
@@ -229,17 +223,14 @@ Response archive(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response sheet(const RouteContext& context, Request& request) {
-  const auto query = api::parse_sheet_query(request.query_params, tone_map_names());
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
+Response sheet(const RouteContext& context, Request& request,
+               const api::BatchPicturesQuery& query) {
   const auto jobs = context.batches.jobs(id_of(request), request.access);
   if (!jobs) {
     return error_answer(request, jobs.error());
   }
   const core::ImageFormat& png = format_of("png");
-  auto made = BatchPictures(context, query->look).sheet(*jobs, png);
+  auto made = BatchPictures(context, query.look).sheet(*jobs, png);
   if (!made) {
     return error_answer(request, made.error());
   }
@@ -252,10 +243,16 @@ Response sheet(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_batch_handlers(HandlerTable& table) {
+  const auto archive_query = [](api::QueryParams query) {
+    return api::parse_archive_query(std::move(query), tone_map_names());
+  };
+  const auto sheet_query = [](api::QueryParams query) {
+    return api::parse_sheet_query(std::move(query), tone_map_names());
+  };
   table["createBatch"] = {
       .handler = &create_batch,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["listBatches"] = {.handler = &list_batches};
+  table["listBatches"] = {.handler = with_query(&api::parse_batch_list_query, &list_batches)};
   table["getBatch"] = {.handler = &get_batch};
   table["cancelBatch"] = {.handler = [](const RouteContext& context, Request& request) {
     return changed(context, request, 200, &BatchService::cancel);
@@ -264,8 +261,8 @@ void add_batch_handlers(HandlerTable& table) {
     return changed(context, request, 202, &BatchService::retry);
   }};
   table["deleteBatch"] = {.handler = &remove_batch};
-  table["getBatchArchive"] = {.handler = &archive};
-  table["getBatchSheet"] = {.handler = &sheet};
+  table["getBatchArchive"] = {.handler = with_query(archive_query, &archive)};
+  table["getBatchSheet"] = {.handler = with_query(sheet_query, &sheet)};
 }
 
 }  // namespace server

@@ -20,6 +20,7 @@
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/job_answers.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -145,17 +146,13 @@ Asked read_job(const RouteContext& context, Request& request, bool from_image) {
                             core::sha256_hex(request.body.data(), request.body.size())};
 }
 
-Response create_job(const RouteContext& context, Request& request) {
-  const auto query = api::parse_submit_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  Asked asked = read_job(context, request, query->from_image);
+Response create_job(const RouteContext& context, Request& request, const api::SubmitQuery& query) {
+  Asked asked = read_job(context, request, query.from_image);
   auto& parsed = asked.job;
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  if (query->dry_run) {
+  if (query.dry_run) {
     return dry_run(context, request, std::move(*parsed));
   }
   if (auto refused = refuse_webhook(context, request, parsed->spec)) {
@@ -179,25 +176,21 @@ Response create_job(const RouteContext& context, Request& request) {
   return submitted_answer(context, request, *submitted);
 }
 
-Response list_jobs(const RouteContext& context, Request& request) {
-  const auto query = api::parse_job_list_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
+Response list_jobs(const RouteContext& context, Request& request, const api::ListQuery& query) {
   JobQuery wanted;
-  wanted.limit = query->limit;
-  wanted.stored = query->job_class != api::ListQuery::Class::kPreview;
-  wanted.previews = query->job_class != api::ListQuery::Class::kNormal;
-  wanted.title = query->name;
-  const auto before = page_start(query->cursor);
+  wanted.limit = query.limit;
+  wanted.stored = query.job_class != api::ListQuery::Class::kPreview;
+  wanted.previews = query.job_class != api::ListQuery::Class::kNormal;
+  wanted.title = query.name;
+  const auto before = page_start(query.cursor);
   if (!before) {
     return error_answer(request, before.error());
   }
   wanted.before = *before;
-  for (const api::JobState state : query->states) {
+  for (const api::JobState state : query.states) {
     wanted.states.emplace_back(api::to_text(state));
   }
-  for (const api::LabelFilter& label : query->labels) {
+  for (const api::LabelFilter& label : query.labels) {
     wanted.labels.emplace_back(label.key, label.value);
   }
   const auto page = context.jobs.index().list(std::move(wanted), request.access);
@@ -209,22 +202,14 @@ Response list_jobs(const RouteContext& context, Request& request) {
   return list_answer(request, api::job_list_json(page->jobs, page->damaged, next), next);
 }
 
-Response get_job(const RouteContext& context, Request& request) {
-  const auto query = api::parse_wait_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto found = find_job(context.jobs, request);
-  if (!found) {
-    return problem_answer(request, found.problem());
-  }
-  const JobPointer& job = *found;
+Response get_job(const RouteContext& context, Request& request, const JobPointer& job,
+                 const api::WaitQuery& query) {
   const auto known = request.headers.joined("If-None-Match");
-  if (query->wait_seconds > 0) {
+  if (query.wait_seconds > 0) {
     if (!take_stream_place(context, request)) {
       return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
     }
-    const auto deadline = deadline_in(honoured_wait(context, query->wait_seconds));
+    const auto deadline = deadline_in(honoured_wait(context, query.wait_seconds));
     if (known) {
       wait_for_change(context.jobs, *job, *known, deadline, request.stop_token());
     } else {
@@ -235,7 +220,7 @@ Response get_job(const RouteContext& context, Request& request) {
   const std::string etag = api::job_etag(view);
   Response response =
       is_not_modified(request, etag) ? not_modified(etag) : job_answer(200, *job, view);
-  if (honoured_wait(context, query->wait_seconds) < query->wait_seconds) {
+  if (honoured_wait(context, query.wait_seconds) < query.wait_seconds) {
     response.headers.set("Preference-Applied",
                          "wait=" + api::number_text(context.config.wait_max_seconds));
   }
@@ -297,11 +282,11 @@ Response remove_job(const RouteContext& context, Request& request) {
 void add_job_handlers(const RouteContext& context, HandlerTable& table) {
   const BodyPolicy json = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes));
   table["createJob"] = {
-      .handler = &create_job,
+      .handler = with_query(&api::parse_submit_query, &create_job),
       .body = BodyPolicy::json_or_picture(json.limit_bytes, context.config.upload_bytes_max)};
   table["putJob"] = {.handler = &put, .body = json};
-  table["listJobs"] = {.handler = &list_jobs};
-  table["getJob"] = {.handler = &get_job};
+  table["listJobs"] = {.handler = with_query(&api::parse_job_list_query, &list_jobs)};
+  table["getJob"] = {.handler = with_query(&api::parse_wait_query, &get_job)};
   table["patchJob"] = {.of_job = &patch, .body = json};
   table["cancelJob"] = {.of_job = &cancel};
   table["retryJob"] = {.of_job = &retry};

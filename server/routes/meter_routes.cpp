@@ -13,6 +13,7 @@
 #include "server/jobs/film_library.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -60,19 +61,16 @@ bool has_same_place(const core::MeterReading& a, const core::MeterReading& b) {
   return a.at.position == b.at.position;
 }
 
-Response compare(const RouteContext& context, Request& request) {
-  const auto query = api::parse_meter_comparison_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
+Response compare(const RouteContext& context, Request& request,
+                 const api::MeterComparisonQuery& query) {
   const auto side = [&](const std::string& id,
                         const char* pointer) -> core::Result<api::MeterOfJob> {
     const auto job = context.jobs.find(id, request.access);
     auto meter = job ? meter_of(context, **job) : core::Result<api::MeterOfJob>(job.error());
     return meter ? std::move(meter) : Error{meter.error().code, meter.error().message, pointer};
   };
-  const auto a = side(query->a, "/a");
-  const auto b = a ? side(query->b, "/b") : a;
+  const auto a = side(query.a, "/a");
+  const auto b = a ? side(query.b, "/b") : a;
   if (!b) {
     return error_answer(request, b.error());
   }
@@ -88,7 +86,7 @@ Response compare(const RouteContext& context, Request& request) {
 void add_meter_handlers(HandlerTable& table) {
   table["getMeter"] = {.of_job = &meter};
   table["getMeterTable"] = {.of_job = &meter_table};
-  table["compareMeters"] = {.handler = &compare};
+  table["compareMeters"] = {.handler = with_query(&api::parse_meter_comparison_query, &compare)};
 }
 
 }  // namespace server

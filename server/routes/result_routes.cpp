@@ -22,6 +22,7 @@
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/picture_answer.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -180,28 +181,19 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
       std::move(type), [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
 }
 
-Response image(const RouteContext& context, Request& request) {
-  const std::vector<std::string> tone_maps = tone_map_names();
-  const auto query = api::parse_image_query(request.query_params, tone_maps);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto found = find_job(context.jobs, request, true);
-  if (!found) {
-    return problem_answer(request, found.problem());
-  }
-  const JobPointer& job = *found;
+Response image(const RouteContext& context, Request& request, const JobPointer& job,
+               const api::ImageQuery& query) {
   const core::ImageFormat* format = choose_format(request, request.path_param("format"));
-  if (wants_stream(request, *query)) {
-    return stream_pictures(context, request, job, *query);
+  if (wants_stream(request, query)) {
+    return stream_pictures(context, request, job, query);
   }
   if (format == nullptr) {
     return error_answer(request, unknown_format());
   }
-  if (const auto refused = refused_look(*format, *query)) {
+  if (const auto refused = refused_look(*format, query)) {
     return error_answer(request, *refused);
   }
-  Response response = picture_answer(context, request, job, *format, *query);
+  Response response = picture_answer(context, request, job, *format, query);
   if (response.status != 200) {
     return response;
   }
@@ -266,7 +258,10 @@ Response job_objects(const RouteContext& context, ObjectsMaker& maker, Request& 
 }  // namespace
 
 void add_result_handlers(HandlerTable& table) {
-  table["getImage"] = {.handler = &image};
+  const auto image_query = [](api::QueryParams query) {
+    return api::parse_image_query(std::move(query), tone_map_names());
+  };
+  table["getImage"] = {.handler = with_query(image_query, &image, Needs::kImage)};
   table["getPixel"] = {.of_job = &pixel, .needs_image = true};
   table["getObjects"] = {
       .of_job = [maker = std::make_shared<ObjectsMaker>()](

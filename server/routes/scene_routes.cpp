@@ -14,6 +14,7 @@
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/scene_upload.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -30,14 +31,11 @@ Response added_answer(const Request& request, const core::Result<SceneService::A
   return response;
 }
 
-Response create_scene(const RouteContext& context, Request& request) {
-  const auto query = api::parse_scene_upload_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
+Response create_scene(const RouteContext& context, Request& request,
+                      const api::SceneUploadQuery& query) {
   SceneOrigin origin{.access = request.access,
-                     .name = query->name,
-                     .is_strict = query->strict,
+                     .name = query.name,
+                     .is_strict = query.strict,
                      .stop = request.stop_token()};
   const std::string type = media_type(request.header("Content-Type").value_or(""));
   const bool is_scene = type.starts_with("model/");
@@ -54,7 +52,7 @@ Response create_scene(const RouteContext& context, Request& request) {
   if (!upload) {
     return error_answer(request, upload.error());
   }
-  const auto converted = context.scenes.convert(*upload, format_of(type, query->name), {}, origin);
+  const auto converted = context.scenes.convert(*upload, format_of(type, query.name), {}, origin);
   if (!converted) {
     return error_answer(request, converted.error());
   }
@@ -75,20 +73,16 @@ Response create_scene(const RouteContext& context, Request& request) {
   return added_answer(request, context.scenes.add_from_assets(*parsed, origin));
 }
 
-Response list_scenes(const RouteContext& context, Request& request) {
-  const auto query = api::parse_scene_list_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto before = page_start(query->cursor);
+Response list_scenes(const RouteContext& context, Request& request, const api::ListQuery& query) {
+  const auto before = page_start(query.cursor);
   if (!before) {
     return error_answer(request, before.error());
   }
-  auto rows = context.scenes.list(request.access, *before, query->limit + 1);
+  auto rows = context.scenes.list(request.access, *before, query.limit + 1);
   if (!rows) {
     return error_answer(request, rows.error());
   }
-  const auto next = next_page(*rows, query->limit);
+  const auto next = next_page(*rows, query.limit);
   std::vector<std::string> scenes;
   for (SceneRow& row : *rows) {
     scenes.push_back(std::move(row.description));
@@ -146,9 +140,9 @@ Response gltf(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_scene_handlers(const RouteContext& context, HandlerTable& table) {
-  table["createScene"] = {.handler = &create_scene,
+  table["createScene"] = {.handler = with_query(&api::parse_scene_upload_query, &create_scene),
                           .body = BodyPolicy::stream(context.config.upload_bytes_max)};
-  table["listScenes"] = {.handler = &list_scenes};
+  table["listScenes"] = {.handler = with_query(&api::parse_scene_list_query, &list_scenes)};
   table["getScene"] = {.handler = &describe_scene};
   table["deleteScene"] = {.handler = &remove_scene};
   table["getSceneGltf"] = {.handler = &gltf};

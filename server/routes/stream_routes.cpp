@@ -19,6 +19,7 @@
 #include "server/routes/event_stream.h"
 #include "server/routes/jobs_stream.h"
 #include "server/routes/tile_stream.h"
+#include "server/routes/with_query.h"
 
 namespace server {
 namespace {
@@ -38,16 +39,8 @@ Response overloaded() {
   return response;
 }
 
-Response events(const RouteContext& context, Request& request) {
-  const auto query = api::parse_job_events_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto found = find_job(context.jobs, request);
-  if (!found) {
-    return problem_answer(request, found.problem());
-  }
-  const JobPointer& job = *found;
+Response events(const RouteContext& context, Request& request, const JobPointer& job,
+                const api::JobEventsQuery& /*query*/) {
   auto stream = std::make_shared<EventStream>(context.jobs, job, last_event_id(request),
                                               context.streams, EventStream::Options{});
   if (stream->is_over()) {
@@ -62,16 +55,8 @@ Response events(const RouteContext& context, Request& request) {
       std::move(slot));
 }
 
-Response tiles(const RouteContext& context, Request& request) {
-  const auto query = api::parse_tiles_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto found = find_job(context.jobs, request);
-  if (!found) {
-    return problem_answer(request, found.problem());
-  }
-  const JobPointer& job = *found;
+Response tiles(const RouteContext& context, Request& request, const JobPointer& job,
+               const api::TilesQuery& query) {
   if (!job->record().view.spec.has_image) {
     return empty_response();
   }
@@ -84,7 +69,7 @@ Response tiles(const RouteContext& context, Request& request) {
   }
   auto stream = std::make_shared<TileStream>(
       TileStream::Parts{context.jobs, context.denoising, context.tile_frames, context.streams}, job,
-      *query);
+      query);
   Response response = stream_response(
       "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));
@@ -92,20 +77,16 @@ Response tiles(const RouteContext& context, Request& request) {
   return response;
 }
 
-Response watch(const RouteContext& context, Request& request) {
-  const auto query = api::parse_events_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
+Response watch(const RouteContext& context, Request& request, const api::EventsQuery& query) {
   std::vector<JobPointer> watched;
-  if (!query->batch.empty()) {
-    auto jobs = context.batches.jobs(query->batch, request.access);
+  if (!query.batch.empty()) {
+    auto jobs = context.batches.jobs(query.batch, request.access);
     if (!jobs) {
       return error_answer(request, jobs.error());
     }
     watched = *std::move(jobs);
   }
-  for (const std::string& id : query->jobs) {
+  for (const std::string& id : query.jobs) {
     auto job = context.jobs.find(id, request.access);
     if (!job) {
       return error_answer(request, job.error());
@@ -151,12 +132,12 @@ Response create_ticket(const RouteContext& context, Request& request) {
 }  // namespace
 
 void add_stream_handlers(HandlerTable& table) {
-  table["streamEvents"] = {.handler = &events};
-  table["watchJobs"] = {.handler = &watch};
+  table["streamEvents"] = {.handler = with_query(&api::parse_job_events_query, &events)};
+  table["watchJobs"] = {.handler = with_query(&api::parse_events_query, &watch)};
   table["createStreamTicket"] = {
       .handler = &create_ticket,
       .body = BodyPolicy::json(static_cast<std::uint64_t>(api::limits::kBodyBytes))};
-  table["streamTiles"] = {.handler = &tiles};
+  table["streamTiles"] = {.handler = with_query(&api::parse_tiles_query, &tiles)};
 }
 
 }  // namespace server

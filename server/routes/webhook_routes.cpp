@@ -11,6 +11,7 @@
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
 #include "server/routes/webhook_address.h"
+#include "server/routes/with_query.h"
 #include "server/store/key_table.h"
 
 namespace server {
@@ -46,22 +47,19 @@ Response delivery_answer(const RouteContext& context, const Request& request, in
   return response;
 }
 
-Response list_deliveries(const RouteContext& context, Request& request) {
-  const auto query = api::parse_delivery_list_query(request.query_params);
-  if (!query) {
-    return problem_answer(request, query.problem());
-  }
-  const auto before = page_start(query->cursor);
+Response list_deliveries(const RouteContext& context, Request& request,
+                         const api::DeliveryListQuery& query) {
+  const auto before = page_start(query.cursor);
   if (!before) {
     return error_answer(request, before.error());
   }
   const DeliveryQuery wanted{
-      .job = query->job, .state = query->state, .before = *before, .limit = query->limit + 1};
+      .job = query.job, .state = query.state, .before = *before, .limit = query.limit + 1};
   auto rows = context.deliveries.list(wanted, request.access);
   if (!rows) {
     return error_answer(request, rows.error());
   }
-  const auto next = next_page(*rows, query->limit);
+  const auto next = next_page(*rows, query.limit);
   std::vector<api::DeliveryView> views;
   for (const DeliveryRow& row : *rows) {
     views.push_back(view_of(row));
@@ -115,7 +113,8 @@ Response secret(const Request& request, const core::Result<std::string>& made) {
 }  // namespace
 
 void add_webhook_handlers(HandlerTable& table) {
-  table["listDeliveries"] = {.handler = &list_deliveries};
+  table["listDeliveries"] = {.handler =
+                                 with_query(&api::parse_delivery_list_query, &list_deliveries)};
   table["getDelivery"] = {.handler = &get_delivery};
   table["redeliver"] = {.handler = &redeliver};
   table["testWebhook"] = {

@@ -72,6 +72,27 @@ class Auto(ApiTest):
                if r["type"] == "auto"]
         self.assertEqual(row[0]["bias"], "none")
 
+    def test_measured_light_sampler_is_named_and_survives_a_restart(self):
+        for scene, chosen in (("cornell-box", "tree"), ("veach-mis", "ris")):
+            wanted = body("path", scene=scene, light_sampler={"type": "measured"})
+            job = self.server.render(wanted)
+            said = [w for w in job["warnings"] if w.startswith("light_sampler.type:")]
+            self.assertEqual(len(said), 1)
+            self.assertIn(f"chose '{chosen}', since", said[0])
+            self.assertEqual(job["spec"]["light_sampler"]["type"], chosen)
+            named = body("path", scene=scene, light_sampler={"type": chosen})
+            self.assertEqual(job["film_digest"], self.server.render(named)["film_digest"])
+            # Any part and any seed of the image makes the same choice.
+            other = self.server.render(wanted | {"seed": 7})
+            self.assertEqual(other["spec"]["light_sampler"]["type"], chosen)
+        self.server.kill()
+        self.server.start()
+        self.assertEqual(self.server.job(job["id"])["spec"]["light_sampler"]["type"], chosen)
+
+    def test_measured_needs_an_integrator_that_samples_lights(self):
+        wanted = body("bdpt", light_sampler={"type": "measured"})
+        self.assert_problem(self.server.post("/v1/jobs", wanted), 422, "/light_sampler")
+
     def test_dry_run_estimates_the_cost(self):
         answer = self.server.post("/v1/jobs?dry_run=1", body("auto"))
         self.assertEqual(answer.status, 200, answer)

@@ -66,8 +66,8 @@ TEST(PilotErrors, CountTheBiasThatFallsWithTheRadius) {
 TEST(BestOfPilots, LacksNoLightIfAnotherHasIt) {
   const auto pilots = [](double path_lacks, double bdpt_lacks) {
     return std::array<core::PilotFigures, 2>{
-        {{.integrator = "path", .efficiency = 1000, .lacks = path_lacks},
-         {.integrator = "bdpt", .efficiency = 1, .lacks = bdpt_lacks}}};
+        {{.name = "path", .efficiency = 1000, .lacks = path_lacks},
+         {.name = "bdpt", .efficiency = 1, .lacks = bdpt_lacks}}};
   };
   EXPECT_EQ(core::best_of(pilots(0, 0)), 0U);
   EXPECT_EQ(core::best_of(pilots(0.3, 0)), 1U);
@@ -109,11 +109,11 @@ TEST(ChooseCaustics, TracesPhotonsWhereTheCameraSeesACausticThatPathsMiss) {
   box.settings.integrator = pool.settings.integrator = "path";
   const auto without = core::choose_caustics(box);
   ASSERT_TRUE(without);
-  EXPECT_EQ(without->integrator, "path");
+  EXPECT_EQ(without->name, "path");
   EXPECT_EQ(without->reason, "'path', since the camera sees no caustic");
   const auto with = core::choose_caustics(pool);
   ASSERT_TRUE(with);
-  EXPECT_EQ(with->integrator, "path-caustics") << with->reason;
+  EXPECT_EQ(with->name, "path-caustics") << with->reason;
   pool.settings.seed = 5;
   EXPECT_EQ(core::choose_caustics(pool)->reason, with->reason);
 }
@@ -139,9 +139,9 @@ TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
     ASSERT_EQ(choice->pilots.size(), 2) << "sppm has no valid error";
     const auto& path = choice->pilots[0];
     const auto& bdpt = choice->pilots[1];
-    EXPECT_EQ(choice->integrator, integrator)
+    EXPECT_EQ(choice->name, integrator)
         << path.variance << " " << path.work << "; " << bdpt.variance << " " << bdpt.work;
-    EXPECT_EQ(bdpt.efficiency > 1.5 * path.efficiency, choice->integrator == "bdpt");
+    EXPECT_EQ(bdpt.efficiency > 1.5 * path.efficiency, choice->name == "bdpt");
     EXPECT_NEAR(path.efficiency * path.variance * path.work, 1, 1e-9);
   }
 }
@@ -175,18 +175,18 @@ TEST(ChooseIntegrator, TakesOneThatFindsTheLightThatParticlesFound) {
   ASSERT_TRUE(choice);
   EXPECT_GT(choice->pilots[0].lacks, core::kLackMost);
   EXPECT_LE(choice->pilots[1].lacks, core::kLackMost);
-  EXPECT_EQ(choice->integrator, "bdpt");
+  EXPECT_EQ(choice->name, "bdpt");
   EXPECT_NE(choice->reason.find("that of path lacks"), std::string::npos) << choice->reason;
 }
 
 // Caustics under water, which no connection finds, and a scene in which sppm would only blur.
 TEST(ChooseIntegrator, ChoosesSppmOnlyWhereItWinsAndWithoutAnErrorTarget) {
-  EXPECT_EQ(core::choose_integrator(automatic("caustic-pool"), false)->integrator, "sppm");
-  EXPECT_NE(core::choose_integrator(automatic("caustic-pool"), true)->integrator, "sppm");
-  EXPECT_EQ(core::choose_integrator(automatic("cornell-box"), false)->integrator, "path");
+  EXPECT_EQ(core::choose_integrator(automatic("caustic-pool"), false)->name, "sppm");
+  EXPECT_NE(core::choose_integrator(automatic("caustic-pool"), true)->name, "sppm");
+  EXPECT_EQ(core::choose_integrator(automatic("cornell-box"), false)->name, "path");
   core::View shares = automatic("caustic-pool");
   shares.settings.film.shares.emplace_back().layer = "bounce:0-";
-  EXPECT_NE(core::choose_integrator(shares, false)->integrator, "sppm") << "it records no shares";
+  EXPECT_NE(core::choose_integrator(shares, false)->name, "sppm") << "it records no shares";
 }
 
 // An orthogonal array has the square of a prime number of points: V counts the samples that were
@@ -223,7 +223,7 @@ TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
   EXPECT_EQ(core::choose_integrator(view, false)->reason, "'path', since the scene has dispersion");
   view = automatic("cornell-box");
   view.settings.fog.emplace();
-  EXPECT_EQ(core::choose_integrator(view, false)->integrator, "path");
+  EXPECT_EQ(core::choose_integrator(view, false)->name, "path");
 }
 
 TEST(ChooseIntegrator, RendersTheImageOfTheChosenIntegrator) {

@@ -7,6 +7,7 @@ set(RENDER_TEST_SOURCES
   catcher_error_test.cpp
   catcher_stage.cpp
   choose_integrator_test.cpp
+  choose_light_sampler_test.cpp
   control_variate_test.cpp
   emitters_test.cpp
   fitted_test.cpp

@@ -34,7 +34,7 @@ constexpr double kPixels = 64.0 * 64.0;
 /// allow. For sppm and path-caustics because their squared error falls as N^(-2/3), that of path as
 /// 1/N: one that is four times as efficient at 16 samples is as good at 1,024.
 struct Candidate {
-  std::string_view integrator;
+  std::string_view name;
   int samples;  ///< of the pilot, rounded to what the sampler can produce
   double ray_weight;
   double advantage;
@@ -47,9 +47,15 @@ constexpr std::array<Candidate, 4> kCandidates = {{{"path", 64, 1.0, 1.0},
 constexpr std::array<std::size_t, 3> kOfAuto = {0, 1, 2};
 constexpr std::array<std::size_t, 2> kOfCaustics = {0, 3};
 
-const Candidate& candidate(std::string_view integrator) {
-  return *std::find_if(kCandidates.begin(), kCandidates.end(),
-                       [&](const Candidate& row) { return row.integrator == integrator; });
+/// Part of ray_weight for each candidate of light sampler ris: half of what the default of two
+/// adds, the geometric mean over cornell-box (.25), interior (.15), many-lights (.14), veach-mis
+/// (.51) and glass (.11), measured as above.
+constexpr double kWorkOfCandidate = 0.11;
+
+double advantage_of(std::string_view name) {
+  const auto row = std::find_if(kCandidates.begin(), kCandidates.end(),
+                                [&](const Candidate& each) { return each.name == name; });
+  return row == kCandidates.end() ? 1 : row->advantage;
 }
 
 class NullSink final : public RenderSink {
@@ -58,9 +64,9 @@ class NullSink final : public RenderSink {
   void on_finished(StopReason) override {}
 };
 
-View pilot_view(const View& view, std::string_view integrator) {
+/// Returns the view with these settings, and a small film of the job's without its parts.
+View small_view(const View& view, RenderSettings settings) {
   View small = view;
-  RenderSettings settings = default_settings(integrator);
   settings.film = view.settings.film;
   settings.film.crop.reset();
   settings.film.shares.clear();
@@ -72,11 +78,16 @@ View pilot_view(const View& view, std::string_view integrator) {
   };
   settings.film.width = scaled(settings.film.width);
   settings.film.height = scaled(settings.film.height);
-  settings.max_depth = view.settings.max_depth;
-  settings.sampler = view.settings.sampler;
   settings.seed = kChoiceStream;
   small.settings = std::move(settings);
   return small;
+}
+
+View pilot_view(const View& view, std::string_view integrator) {
+  RenderSettings settings = default_settings(integrator);
+  settings.max_depth = view.settings.max_depth;
+  settings.sampler = view.settings.sampler;
+  return small_view(view, std::move(settings));
 }
 
 struct Rendered {
@@ -237,7 +248,7 @@ std::size_t best_of(std::span<const PilotFigures> pilots) {
   std::size_t out = 0;
   double best = 0;
   for (std::size_t k = 0; k < pilots.size(); ++k) {
-    const double score = pilots[k].efficiency / candidate(pilots[k].integrator).advantage;
+    const double score = pilots[k].efficiency / advantage_of(pilots[k].name);
     if (score > best && (is_complete(pilots[k]) || !some_are)) {
       best = score;
       out = k;
@@ -249,20 +260,19 @@ std::size_t best_of(std::span<const PilotFigures> pilots) {
 namespace {
 
 /// Renders the pilot of a candidate, and one with half the radius if it is biased.
-Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, PilotImage& image,
+Result<PilotFigures> run_pilot(View small, const Candidate& candidate, PilotImage& image,
                                const std::stop_token& stop) {
-  View small = pilot_view(view, candidate.integrator);
-  const bool is_biased = find_integrator(candidate.integrator)->bias != "none";
+  const bool is_biased = find_integrator(small.settings.integrator)->bias != "none";
   float radius_m = 0;
   if (is_biased) {
-    const SceneSummary& summary = view.scene->summary();
+    const SceneSummary& summary = small.scene->summary();
     const FilmSettings& film = small.settings.film;
     const auto camera =
-        Camera::create(view.camera, summary.cameras, summary.bounds, film.width, film.height);
+        Camera::create(small.camera, summary.cameras, summary.bounds, film.width, film.height);
     if (!camera) {
       return camera.error();
     }
-    radius_m = usual_photon_radius_m(view.scene->data(), *camera, film);
+    radius_m = usual_photon_radius_m(small.scene->data(), *camera, film);
     small.settings.photons.radius_m = radius_m;
   }
   auto seen = render_pilot(small, candidate.samples, stop);
@@ -272,9 +282,10 @@ Result<PilotFigures> run_pilot(const View& view, const Candidate& candidate, Pil
   const Film& film = *seen->film;
   image.film = film.snapshot();
   const auto samples = static_cast<double>(film.sample_counts().sum);
-  PilotFigures figures{.integrator = candidate.integrator,
+  PilotFigures figures{.name = candidate.name,
                        .samples = film.sample_counts().mean,
                        .work = static_cast<double>(film.rays()) / samples * candidate.ray_weight,
+                       .error = ErrorEstimate(film).image(0.95).relative,
                        .lacks = seen->lacks};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
@@ -291,25 +302,25 @@ bool may_be_biased(const View& view, bool has_error_target) {
   return !has_error_target && view.settings.film.shares.empty() && view.settings.meter.empty();
 }
 
-std::string text_of(const IntegratorChoice& choice) {
+std::string text_of(const PilotChoice& choice) {
   std::string efficiencies;
   std::string advantages;
   std::string lacking;
   for (std::size_t k = 0; k < choice.pilots.size(); ++k) {
     const PilotFigures& pilot = choice.pilots[k];
-    const std::string name(pilot.integrator);
+    const std::string name(pilot.name);
     const char* comma = k + 1 < choice.pilots.size() ? ", " : "";
     if (pilot.lacks > kLackMost) {
       lacking += "; that of " + name + " lacks " + in_words(100 * pilot.lacks) + "% of the light";
     }
     efficiencies += in_words(pilot.efficiency) + " (" + name + ")" + comma;
-    if (k > 0) {
-      advantages += in_words(candidate(name).advantage) + " for " + name + comma;
+    if (const double advantage = advantage_of(name); advantage > 1) {
+      advantages += (advantages.empty() ? ", and the required advantage over path is " : ", ") +
+                    in_words(advantage) + " for " + name;
     }
   }
-  return "'" + std::string(choice.integrator) + "', since small pilot images have efficiencies " +
-         "1 / (V T) of " + efficiencies + ", and the required advantage over path is " +
-         advantages + lacking;
+  return "'" + std::string(choice.name) + "', since small pilot images have efficiencies " +
+         "1 / (V T) of " + efficiencies + advantages + lacking;
 }
 
 /// Particles that look for caustics. If none of them is one, with 95% confidence at most
@@ -318,7 +329,7 @@ constexpr int kCausticParticles = 1 << 14;
 
 /// Returns whether a particle comes to what the camera sees through or off smooth surfaces alone.
 Result<bool> sees_caustics(const View& view) {
-  const View small = pilot_view(view, kCandidates[0].integrator);
+  const View small = pilot_view(view, kCandidates[0].name);
   const auto camera = camera_of(small);
   if (!camera) {
     return camera.error();
@@ -339,12 +350,31 @@ Result<bool> sees_caustics(const View& view) {
   return false;
 }
 
-Result<IntegratorChoice> choose_among(const View& view, std::span<const std::size_t> candidates,
-                                      const std::stop_token& stop) {
-  IntegratorChoice choice;
-  std::vector<PilotImage> images(candidates.size());
+struct Trial {
+  Candidate candidate;
+  View view;  ///< of its pilot
+};
+
+/// What makes V of a pilot.
+enum class Variance {
+  kAgainstAll,  ///< pilot_errors()
+  kReported     ///< the square of the error that a job reports, where all find the same light
+};
+
+std::vector<Trial> trials_of(const View& view, std::span<const std::size_t> candidates) {
+  std::vector<Trial> out;
+  for (const std::size_t k : candidates) {
+    out.push_back({kCandidates[k], pilot_view(view, kCandidates[k].name)});
+  }
+  return out;
+}
+
+Result<PilotChoice> choose_among(const std::vector<Trial>& trials, Variance by,
+                                 const std::stop_token& stop) {
+  PilotChoice choice;
+  std::vector<PilotImage> images(trials.size());
   for (std::size_t k = 0; k < images.size(); ++k) {
-    auto figures = run_pilot(view, kCandidates[candidates[k]], images[k], stop);
+    auto figures = run_pilot(trials[k].view, trials[k].candidate, images[k], stop);
     if (!figures) {
       return figures.error();
     }
@@ -353,29 +383,33 @@ Result<IntegratorChoice> choose_among(const View& view, std::span<const std::siz
   const std::vector<double> errors = pilot_errors(images);
   for (std::size_t k = 0; k < images.size(); ++k) {
     PilotFigures& pilot = choice.pilots[k];
-    pilot.variance = errors[k] * pilot.samples;
+    pilot.variance =
+        pilot.samples * (by == Variance::kAgainstAll ? errors[k] : pilot.error * pilot.error);
     const double cost = pilot.variance * pilot.work;
     pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
   }
-  choice.integrator = choice.pilots[best_of(choice.pilots)].integrator;
-  choice.reason = std::isinf(choice.pilots[0].efficiency) && !(choice.pilots[0].lacks > kLackMost)
-                      ? "'path', since its pilot image has no noise and misses no light"
+  const PilotFigures& first = choice.pilots[0];
+  choice.name = choice.pilots[best_of(choice.pilots)].name;
+  choice.reason = std::isinf(first.efficiency) && !(first.lacks > kLackMost)
+                      ? "'" + std::string(first.name) +
+                            "', since its pilot image has no noise and misses no light"
                       : text_of(choice);
   return choice;
 }
 
 }  // namespace
 
-Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
-                                           const std::stop_token& stop) {
+Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
+                                      const std::stop_token& stop) {
   if (const std::string why = without_pilot(view); !why.empty()) {
-    return IntegratorChoice{kCandidates[0].integrator, "'path', since " + why, {}};
+    return PilotChoice{kCandidates[0].name, "'path', since " + why, {}};
   }
-  return choose_among(view, std::span(kOfAuto).first(may_be_biased(view, has_error_target) ? 3 : 2),
+  const std::size_t count = may_be_biased(view, has_error_target) ? 3 : 2;
+  return choose_among(trials_of(view, std::span(kOfAuto).first(count)), Variance::kAgainstAll,
                       stop);
 }
 
-Result<IntegratorChoice> choose_caustics(const View& view, const std::stop_token& stop) {
+Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop) {
   std::string why = without_pilot(view);
   if (why.empty()) {
     const auto sees = sees_caustics(view);
@@ -385,9 +419,44 @@ Result<IntegratorChoice> choose_caustics(const View& view, const std::stop_token
     why = *sees ? "" : "the camera sees no caustic";
   }
   if (!why.empty()) {
-    return IntegratorChoice{kCandidates[0].integrator, "'path', since " + why, {}};
+    return PilotChoice{kCandidates[0].name, "'path', since " + why, {}};
   }
-  return choose_among(view, kOfCaustics, stop);
+  return choose_among(trials_of(view, kOfCaustics), Variance::kAgainstAll, stop);
+}
+
+Result<PilotChoice> choose_light_sampler(const View& view, const std::stop_token& stop) {
+  View ris = view;
+  ris.settings.light_sampler = LightSamplerType::kRis;
+  if (const Status fits = check_rules(ris); !fits) {
+    return PilotChoice{"tree", "'tree', since " + fits.error().message, {}};
+  }
+  RenderSettings settings = ris.settings;
+  settings.adaptive = {};
+  settings.meter = {};
+  settings.replicates = RenderSettings().replicates;
+  // Their images have one expected value, so none needs an advantage.
+  const Candidate resampled = {"ris", 64, 1 + kWorkOfCandidate * settings.light_candidates, 1};
+  const View of_ris = small_view(view, settings);
+  settings.light_sampler = LightSamplerType::kTree;
+  return choose_among({{{"tree", 64, 1, 1}, small_view(view, settings)}, {resampled, of_ris}},
+                      Variance::kReported, stop);
+}
+
+Result<std::string> settle_light_sampler(View& view, const std::stop_token& stop) {
+  LightSamplerType& type = view.settings.light_sampler;
+  if (type != LightSamplerType::kMeasured) {
+    return std::string();
+  }
+  type = LightSamplerType::kTree;
+  if (!accepts(*find_integrator(view.settings.integrator), "/light_sampler")) {
+    return std::string();  // `caustics` chose it.
+  }
+  const auto choice = choose_light_sampler(view, stop);
+  if (!choice) {
+    return choice.error();
+  }
+  type = choice->name == "ris" ? LightSamplerType::kRis : LightSamplerType::kTree;
+  return "light_sampler.type: 'measured' chose " + choice->reason + ".";
 }
 
 Result<std::string> settle_integrator(View& view, const StopRules& rules,
@@ -408,8 +477,7 @@ Result<std::string> settle_integrator(View& view, const StopRules& rules,
     return choice.error();
   }
   // Both accept no options of estimators and no adaptive sampling, so they are not set.
-  const RenderSettings defaults =
-      default_settings(choice->integrator, rules.relative_error.has_value());
+  const RenderSettings defaults = default_settings(choice->name, rules.relative_error.has_value());
   settings.integrator = defaults.integrator;
   settings.estimator = defaults.estimator;
   settings.adaptive = defaults.adaptive;

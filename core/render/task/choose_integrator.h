@@ -1,5 +1,5 @@
-/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each, and whether
-/// `path` traces photons of caustics.
+/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each, whether
+/// `path` traces photons of caustics, and how it picks lights.
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
 /// squared error of the pilot's pixels, relative in each tile to the light that the pilots found
@@ -14,8 +14,10 @@
 ///   quarter of it, and the difference of the two images shows the rest.
 /// A candidate whose pilot lacks more than kLackMost of the light, as the census of its particles
 /// finds (core/render/picture/light_not_found.h), is left out if another does not: no number of
-/// samples brings that light. Sources: efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4.
-/// Bias: Knaus and Zwicker 2011.
+/// samples brings that light.
+///
+/// Light samplers find the same light, so the error that a job reports is their V. Sources:
+/// efficiency, Hammersley and Handscomb 1964; Veach 1997, 2.4. Bias: Knaus and Zwicker 2011.
 #pragma once
 
 #include <optional>
@@ -35,36 +37,47 @@ namespace core {
 inline constexpr double kLackMost = 0.01;
 
 struct PilotFigures {
-  std::string_view integrator;
+  std::string_view name;  ///< of an integrator or a light sampler
   double samples = 0;     ///< per pixel
   double variance = 0;    ///< relative squared error of a sample
   double work = 0;        ///< per sample of a pixel, in rays of `path`
   double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error
+  double error = 0;       ///< as a job reports it
   double lacks = 0;       ///< LightNotFound::detected
 };
 
-struct IntegratorChoice {
-  std::string_view integrator;       ///< a row of integrators()
+struct PilotChoice {
+  std::string_view name;             ///< a row of integrators() or of light_samplers()
   std::string reason;                ///< a full sentence
-  std::vector<PilotFigures> pilots;  ///< path first; empty if none was needed
+  std::vector<PilotFigures> pilots;  ///< path or tree first; empty if none was needed
 };
 
 /// Chooses the integrator. has_error_target: not sppm, whose error is measured by images of bdpt
 /// with an eighth of its samples: their doubt meets a target about when bdpt itself does. Pre:
 /// view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
 /// settle().
-Result<IntegratorChoice> choose_integrator(const View& view, bool has_error_target,
-                                           const std::stop_token& stop = {});
+Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
+                                      const std::stop_token& stop = {});
 
 /// Chooses path or kCausticsIntegrator, without pilots if no particle of a census comes to what the
 /// camera sees as a caustic. Pre: as above, of `path`. Errors: as above.
-Result<IntegratorChoice> choose_caustics(const View& view, const std::stop_token& stop = {});
+Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop = {});
+
+/// Chooses tree or ris. Not restir, which leaves the lanes: its rays take 1.7 to 5.1 times as long,
+/// and its efficiency was that of ris or less in cornell-box, interior, many-lights, veach-mis and
+/// glass. Pre: the integrator of view.settings accepts light samplers, and the other options accept
+/// tree. Errors: as above.
+Result<PilotChoice> choose_light_sampler(const View& view, const std::stop_token& stop = {});
 
 /// Replaces kAutomaticIntegrator, and `path` with caustics, by the choice, with its defaults, and
 /// returns a warning that names it. Returns an empty string if the job names its integrator.
 /// Errors: as above.
 Result<std::string> settle_integrator(View& view, const StopRules& rules,
                                       const std::stop_token& stop = {});
+
+/// Replaces LightSamplerType::kMeasured by the choice, and returns a warning that names it. Returns
+/// an empty string if the job names its light sampler. Errors: as above.
+Result<std::string> settle_light_sampler(View& view, const std::stop_token& stop = {});
 
 struct PilotImage {
   FilmSnapshot film;

@@ -54,8 +54,15 @@ Result<std::string> settle(View& view, const StopRules& rules, const std::stop_t
   if (!chosen) {
     return chosen;
   }
+  auto lights = settle_light_sampler(view, stop);
+  if (!lights) {
+    return lights;
+  }
   const Status measured = measure(view, stop);
-  return measured ? std::move(chosen) : Result<std::string>(measured.error());
+  if (!measured) {
+    return measured.error();
+  }
+  return *chosen + (chosen->empty() || lights->empty() ? "" : " ") + *lights;
 }
 
 Result<std::shared_ptr<const Renderer>> settled_renderer(View view, const StopRules& rules,

@@ -1,5 +1,6 @@
-/// Settles what a job leaves to pilots: the integrator `auto`, `measured` splitting, and light
-/// samples in media. The only step before rendering that traces paths; it can be stopped.
+/// Settles what a job leaves to pilots: the integrator `auto`, the light sampler `measured`,
+/// `measured` splitting, and light samples in media. The only step before rendering that traces
+/// paths; it can be stopped.
 #pragma once
 
 #include <memory>
@@ -12,8 +13,9 @@
 
 namespace core {
 
-/// Sets view.measured, and replaces `auto` by the integrator chosen, with its defaults. Returns a
-/// warning that names the choice; empty if the job names its integrator. Errors: as
+/// Sets view.measured, and replaces `auto` by the integrator chosen, with its defaults, and light
+/// sampler `measured` by its choice. Returns a warning that names what was chosen; empty if the job
+/// names both. Errors: as
 /// Renderer::create(); kCancelled if a stop was requested.
 Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop = {});
 

@@ -409,8 +409,7 @@ bool PictureRenderer::render_pilot(TileState& state, int last_sample, std::stop_
 }  // namespace
 
 Result<std::shared_ptr<const Renderer>> Renderer::create(View view) {
-  CHECK(view.measured && view.settings.integrator != kAutomaticIntegrator &&
-        view.settings.light_sampler != LightSamplerType::kMeasured);
+  CHECK(view.measured && !leaves_a_choice(view.settings));
   auto camera = camera_of(view);
   if (!camera) {
     return camera.error();

@@ -18,8 +18,8 @@ class LightCensus;  // core/integrators/census.h
 /// thread-safe.
 class Renderer {
  public:
-  /// Renders nothing. Pre: settle() has settled the view (core/render/task/settle.h), so its
-  /// integrator is not `auto`. Errors: as camera_of().
+  /// Renders nothing. Pre: settle() has settled the view (core/render/task/settle.h). Errors: as
+  /// camera_of().
   static Result<std::shared_ptr<const Renderer>> create(View view);
   virtual ~Renderer() = default;
   virtual const View& view() const noexcept = 0;

@@ -2,12 +2,19 @@
 
 #include <utility>
 
+#include "core/integrators/registry.h"
+
 namespace core {
 
 SceneTraits traits_of(const SceneSummary& scene) {
   return {.has_scattering = scene.has_scattering,
           .has_dispersion = scene.has_dispersion,
           .light_groups = scene.light_groups};
+}
+
+bool leaves_a_choice(const RenderSettings& settings) {
+  return settings.integrator == kAutomaticIntegrator ||
+         settings.light_sampler == LightSamplerType::kMeasured;
 }
 
 Status check_rules(const View& view) {

@@ -33,6 +33,9 @@ struct View {
   std::optional<Measured> measured = {};  ///< set by settle()
 };
 
+/// Returns whether the settings leave a choice to pilots, which settle() has to make before a
+/// renderer is created (core/render/task/settle.h).
+bool leaves_a_choice(const RenderSettings& settings);
 /// Returns what rules depend on in the scene, which must outlive the result.
 SceneTraits traits_of(const SceneSummary& scene);
 /// Errors: kInvalidArgument if the view breaks a rule (core/integrators/rules.h); the first.

@@ -208,13 +208,12 @@ Pointers refused_by_api(const Json& request, const core::SceneTraits& scene) {
 
 /// Returns what the renderer refuses: the first fault or nothing.
 std::string refused_by_core(const core::View& view) {
-  // `auto` is settled by rendering; the rules come before.
-  const core::Status status = view.settings.integrator == core::kAutomaticIntegrator
-                                  ? core::check_rules(view)
-                                  : core::Status([&] {
-                                      const auto made = core::Renderer::create(view);
-                                      return made ? core::ok_status() : core::Status(made.error());
-                                    }());
+  // Choices are settled by rendering; the rules come before.
+  const core::Status status =
+      core::leaves_a_choice(view.settings) ? core::check_rules(view) : core::Status([&] {
+        const auto made = core::Renderer::create(view);
+        return made ? core::ok_status() : core::Status(made.error());
+      }());
   return status ? std::string() : status.error().where;
 }
 

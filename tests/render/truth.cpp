@@ -16,6 +16,9 @@ std::vector<Variant> variants() {
       if (is_blind(v) && resamples) {
         continue;  // light samples of punctual lights: same as for the others
       }
+      if (lights.value == core::LightSamplerType::kMeasured) {
+        continue;  // tree or ris: choose_light_sampler_test.cpp
+      }
       all.push_back(v);
     }
   }

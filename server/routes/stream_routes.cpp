@@ -39,10 +39,10 @@ Response overloaded() {
   return response;
 }
 
-Response events(const RouteContext& context, Request& request, const JobPointer& job,
-                const api::JobEventsQuery& /*query*/) {
-  auto stream = std::make_shared<EventStream>(context.jobs, job, last_event_id(request),
-                                              context.streams, EventStream::Options{});
+/// stream: an EventStream or a JobsStream.
+template <typename Stream>
+Response events_answer(const RouteContext& context, const Request& request,
+                       const std::shared_ptr<Stream>& stream) {
   if (stream->is_over()) {
     return empty_response();
   }
@@ -53,6 +53,13 @@ Response events(const RouteContext& context, Request& request, const JobPointer&
   return stream_response(
       "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); },
       std::move(slot));
+}
+
+Response events(const RouteContext& context, Request& request, const JobPointer& job,
+                const api::JobEventsQuery& /*query*/) {
+  return events_answer(context, request,
+                       std::make_shared<EventStream>(context.jobs, job, last_event_id(request),
+                                                     context.streams, EventStream::Options{}));
 }
 
 Response tiles(const RouteContext& context, Request& request, const JobPointer& job,
@@ -95,17 +102,8 @@ Response watch(const RouteContext& context, Request& request, const api::EventsQ
   }
   const std::string last(
       request.header("Last-Event-ID").value_or(request.query("last_event_id").value_or("")));
-  auto stream = std::make_shared<JobsStream>(context.jobs, watched, last, context.streams);
-  if (stream->is_over()) {
-    return empty_response();
-  }
-  StreamSlot slot = context.streams.try_enter(request.access.tenant);
-  if (!slot) {
-    return overloaded();
-  }
-  return stream_response(
-      "text/event-stream", [stream](StreamWriter& writer) { stream->run(writer); },
-      std::move(slot));
+  return events_answer(context, request,
+                       std::make_shared<JobsStream>(context.jobs, watched, last, context.streams));
 }
 
 Response create_ticket(const RouteContext& context, Request& request) {

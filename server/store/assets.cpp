@@ -1,5 +1,7 @@
 #include "server/store/assets.h"
 
+#include "server/store/columns.h"
+
 namespace server {
 
 using core::Error;
@@ -36,15 +38,12 @@ core::Result<Removal> plan_removal(Database& database, std::string_view id, cons
   auto session = database.session();
   Statement counted = session.prepare(
       "SELECT COUNT(*), COALESCE(SUM(tenant=?), 0) FROM asset_tenants WHERE asset=?");
-  counted.bind(access.tenant).bind(id);
-  const bool is_read = counted.step();
-  const std::int64_t all = is_read ? counted.integer(0) : 0;
-  const bool has_own = is_read && counted.integer(1) > 0;
-  if (const auto status = counted.status(); !status) {
-    return status.error();
+  const auto references = references_to(id, access, counted);
+  if (!references) {
+    return references.error();
   }
   Removal removal;
-  removal.of_all = access.is_shared() || (access.sees_all() && !has_own);
+  removal.of_all = references->of_all;
   Statement scenes = session.prepare("SELECT COUNT(*) FROM scene_files WHERE asset=?");
   const auto in_scenes = number(scenes.bind(id));
   Statement own = session.prepare(
@@ -55,7 +54,7 @@ core::Result<Removal> plan_removal(Database& database, std::string_view id, cons
     return in_scenes ? in_own_scenes.error() : in_scenes.error();
   }
   removal.has_scene = (removal.of_all ? *in_scenes : *in_own_scenes) > 0;
-  removal.bytes_go = *in_scenes == 0 && (removal.of_all || all == 1);
+  removal.bytes_go = *in_scenes == 0 && (removal.of_all || references->count == 1);
   return removal;
 }
 

@@ -1,5 +1,7 @@
 #include "server/store/batch_table.h"
 
+#include "server/store/columns.h"
+
 namespace server {
 
 using core::Status;
@@ -87,15 +89,7 @@ core::Result<std::vector<std::string>> BatchTable::ids_beside(std::int64_t job) 
   Statement select = session.prepare(
       "SELECT id FROM batch_jobs JOIN jobs ON sequence=job WHERE batch="
       "(SELECT batch FROM batch_jobs WHERE job=?) ORDER BY place");
-  select.bind(job);
-  std::vector<std::string> ids;
-  while (select.step()) {
-    ids.push_back(select.text(0));
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return ids;
+  return first_column(select.bind(job));
 }
 
 core::Result<std::vector<BatchRow>> BatchTable::list(std::optional<std::int64_t> before, int limit,

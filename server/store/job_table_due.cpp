@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "server/store/columns.h"
 #include "server/store/job_table.h"
 
 namespace server {
@@ -13,17 +14,6 @@ namespace {
 
 /// Records read before others get the database: some ten milliseconds.
 constexpr std::int64_t kScannedAtATime = 1000;
-
-core::Result<std::vector<std::string>> first_column(Statement& select) {
-  std::vector<std::string> ids;
-  while (select.step()) {
-    ids.push_back(select.text(0));
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return ids;
-}
 
 }  // namespace
 

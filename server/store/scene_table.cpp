@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "server/store/columns.h"
+
 namespace server {
 
 using core::Status;
@@ -128,15 +130,12 @@ core::Result<SceneTable::Removal> SceneTable::plan_removal(std::string_view id,
   auto session = database_.session();
   Statement counted = session.prepare(
       "SELECT COUNT(*), COALESCE(SUM(tenant=?), 0) FROM scene_tenants WHERE scene=?");
-  counted.bind(access.tenant).bind(id);
-  const bool is_read = counted.step();
-  const std::int64_t all = is_read ? counted.integer(0) : 0;
-  const bool has_own = is_read && counted.integer(1) > 0;
-  if (const auto status = counted.status(); !status) {
-    return status.error();
+  const auto references = references_to(id, access, counted);
+  if (!references) {
+    return references.error();
   }
-  const bool of_all = access.is_shared() || (access.sees_all() && !has_own);
-  return Removal{.of_all = of_all, .scene_goes = of_all || all == 1};
+  return Removal{.of_all = references->of_all,
+                 .scene_goes = references->of_all || references->count == 1};
 }
 
 core::Result<std::vector<std::string>> SceneTable::remove_scene(std::string_view id,
@@ -152,13 +151,11 @@ core::Result<std::vector<std::string>> SceneTable::remove_scene(std::string_view
         "SELECT DISTINCT f.asset FROM scene_files f WHERE f.scene = ?1"
         " AND NOT EXISTS (SELECT 1 FROM asset_tenants t WHERE t.asset = f.asset)"
         " AND NOT EXISTS (SELECT 1 FROM scene_files o WHERE o.asset = f.asset AND o.scene <> ?1)");
-    select.bind(id);
-    while (select.step()) {
-      orphans.push_back(select.text(0));
+    auto assets = first_column(select.bind(id));
+    if (!assets) {
+      return assets.error();
     }
-    if (auto status = select.status(); !status) {
-      return status;
-    }
+    orphans = *std::move(assets);
     for (const std::string& asset : orphans) {
       if (auto status = session.prepare("DELETE FROM assets WHERE id=?").bind(asset).run();
           !status) {

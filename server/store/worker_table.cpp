@@ -1,5 +1,7 @@
 #include "server/store/worker_table.h"
 
+#include "server/store/columns.h"
+
 namespace server {
 
 core::Status WorkerTable::suspend(const std::string& worker) {
@@ -20,14 +22,11 @@ core::Status WorkerTable::suspend(const std::string& worker) {
 core::Result<std::set<std::string>> WorkerTable::suspended() const {
   auto session = database_.session();
   Statement select = session.prepare("SELECT worker FROM suspended_workers");
-  std::set<std::string> workers;
-  while (select.step()) {
-    workers.insert(select.text(0));
+  const auto workers = first_column(select);
+  if (!workers) {
+    return workers.error();
   }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return workers;
+  return std::set<std::string>(workers->begin(), workers->end());
 }
 
 }  // namespace server

@@ -72,8 +72,7 @@ constexpr std::array kLightSamplers = {
     NamedValue<LightSamplerType>{
         "measured",
         LightSamplerType::kMeasured,
-        "`tree` or `ris`, whichever is more efficient, 1 / (V T), in small "
-        "pilot images.",
+        "The more efficient of tree and ris, which small images of both tell beforehand.",
         {"/light_sampler/candidates"}},
 };
 

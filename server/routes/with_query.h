@@ -7,7 +7,7 @@
 
 namespace server {
 
-/// Returns a handler that calls handle() with the parsed query, or answers what is wrong with it.
+/// Returns a handler that calls handle() with the parsed query, or answers its problem.
 /// parse: from api::QueryParams to api::Parsed<Query>.
 template <typename Parse, typename Query>
 auto with_query(Parse parse, Response (*handle)(const RouteContext&, Request&, const Query&)) {

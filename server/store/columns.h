@@ -1,4 +1,4 @@
-/// What several tables read alike.
+/// Reads that several tables share.
 #pragma once
 
 #include <cstdint>

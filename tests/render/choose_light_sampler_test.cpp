@@ -23,7 +23,8 @@ core::View view_of(const char* scene, LightSamplerType type) {
   return view;
 }
 
-// 1 / (V T) in images of 256 samples: ris 1.33 times tree in veach-mis, .81 times in cornell-box.
+// 1 / (V T) in images of 256 x 256 pixels, 32 samples: ris 1.33 times tree in veach-mis, .81 times
+// in cornell-box.
 TEST(ChooseLightSampler, TakesRisWhereGlossySurfacesReflectSeveralLights) {
   for (const auto& [scene, type] : {std::pair("cornell-box", LightSamplerType::kTree),
                                     std::pair("veach-mis", LightSamplerType::kRis)}) {

@@ -355,7 +355,7 @@ struct Trial {
   View view;  ///< of its pilot
 };
 
-/// What makes V of a pilot.
+/// How V of a pilot is measured.
 enum class Variance {
   kAgainstAll,  ///< pilot_errors()
   kReported     ///< the square of the error that a job reports, where all find the same light

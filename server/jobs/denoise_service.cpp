@@ -9,7 +9,6 @@
 #include "core/denoise/oidn.h"
 #include "core/render/picture/feature_pass.h"
 #include "core/render/picture/match_pass.h"
-#include "server/jobs/frame_series.h"
 #include "server/observe/cpu_meter.h"
 
 namespace server {
@@ -80,13 +79,24 @@ DenoiseService::DenoiseService(JobService& jobs, BatchTable& batches, MemoryGate
   });
 }
 
+core::Status DenoiseService::check(const Job& job, api::DenoiseShow show) {
+  if (type_of(job) == core::DenoiserType::kNone) {
+    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"};
+  }
+  if (show != api::DenoiseShow::kVideo) {
+    return core::ok_status();
+  }
+  const auto around = series_around(job);
+  return around ? core::ok_status() : core::Status(around.error());
+}
+
 core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
                                                           const core::Film& film,
                                                           const Wanted& wanted,
                                                           std::chrono::milliseconds patience) {
   const api::JobView view = job->record().view;
-  if (view.spec.denoise.type == core::DenoiserType::kNone) {
-    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"};
+  if (const auto fits = check(*job, wanted.show); !fits) {
+    return fits.error();
   }
   const bool is_final = api::is_final(view.state);
   if (wanted.show == api::DenoiseShow::kVideo) {
@@ -243,17 +253,22 @@ core::Result<DenoiseService::Room> DenoiseService::take_room(const Job& job, con
   return Room{*std::move(turn), *std::move(lease)};
 }
 
-core::Result<std::vector<DenoiseService::Neighbour>> DenoiseService::neighbours_of(
-    const JobPointer& job) {
-  const auto around = frames_around(jobs_, batches_, *job);
-  if (!around) {
-    return around.error();
-  }
-  if (!around->before && !around->after) {
+core::Result<FramesAround> DenoiseService::series_around(const Job& job) {
+  auto around = frames_around(jobs_, batches_, job);
+  if (around && !around->before && !around->after) {
     return Error{ErrorCode::kInvalidArgument,
                  "video averages the frames of a batch, whose jobs differ by camera or time; this "
                  "job has none beside it",
                  "/denoise"};
+  }
+  return around;
+}
+
+core::Result<std::vector<DenoiseService::Neighbour>> DenoiseService::neighbours_of(
+    const JobPointer& job) {
+  const auto around = series_around(*job);
+  if (!around) {
+    return around.error();
   }
   std::vector<Neighbour> out;
   for (const JobPointer& other : {around->before, around->after}) {

@@ -22,6 +22,7 @@
 #include "core/base/result.h"
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/flicker.h"
+#include "server/jobs/frame_series.h"
 #include "server/jobs/job_service.h"
 #include "server/observe/memory_gate.h"
 #include "server/observe/turns.h"
@@ -52,10 +53,13 @@ class DenoiseService {
     api::DenoiseShow show = api::DenoiseShow::kMixed;
     std::optional<std::uint32_t> revision = {};  ///< this or newer
   };
+  /// Errors: kInvalidArgument at /denoise (the job has no denoising; a video of a job that is
+  /// alone).
+  core::Status check(const Job& job, api::DenoiseShow show);
   /// Denoises the current film, or returns a slightly older picture while the job renders.
-  /// Errors: kInvalidArgument at /denoise (the job has no denoising, or none before its end; a
-  /// video of a job that is alone); kConflict (a half is missing, no such revision yet, or a frame
-  /// of the video has not ended); those of FilmLibrary::film(); kUnavailable.
+  /// Errors: those of check(); kConflict (none before the end of this job, a half is missing, no
+  /// such revision yet, or a frame of the video has not ended); those of FilmLibrary::film();
+  /// kUnavailable.
   core::Result<Pointer> get(const JobPointer& job, const core::Film& film, const Wanted& wanted,
                             std::chrono::milliseconds patience);
   /// Returns whether another preview may be made. since: the last one was made. rendered_seconds:
@@ -104,6 +108,8 @@ class DenoiseService {
                                               const core::FrameMatch& match,
                                               const Frame& other) const;
   core::ParallelFor parallel() const;
+  /// Errors: kInvalidArgument at /denoise (there is none).
+  core::Result<FramesAround> series_around(const Job& job);
   core::Result<std::vector<Neighbour>> neighbours_of(const JobPointer& job);
   struct Room {
     Turns::Held turn;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/render/task/settle.h"
 #include "server/jobs/job_record.h"
 
 namespace server {
@@ -41,9 +42,7 @@ bool are_frames(const api::JobSpec& a, const api::JobSpec& b) {
   frame.webhook = b.webhook;
   frame.retention_seconds = b.retention_seconds;
   // Chosen for each job alone where they are left open.
-  frame.render.integrator = b.render.integrator;
-  frame.render.caustics = b.render.caustics;
-  frame.render.estimator = b.render.estimator;
+  core::adopt_settled(frame.render, b.render);
   // What does not move has no other time.
   return a.time_seconds.has_value() == b.time_seconds.has_value() && api::same_spec(frame, b);
 }

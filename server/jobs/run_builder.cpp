@@ -254,12 +254,7 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
   if (!settled->empty()) {
     // Stored before the film exists, so that a restart does not choose again.
     const auto modify = [&](JobRecord& record) -> Verdict {
-      core::RenderSettings& render = record.view.spec.render;
-      render.integrator = view->settings.integrator;
-      render.caustics = view->settings.caustics;
-      render.estimator = view->settings.estimator;
-      render.adaptive = view->settings.adaptive;
-      render.light_sampler = view->settings.light_sampler;
+      core::adopt_settled(record.view.spec.render, view->settings);
       record.view.warnings.push_back(*settled);
       return {};
     };

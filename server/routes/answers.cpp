@@ -43,12 +43,12 @@ Response error_answer(const Request& request, core::ErrorCode code, std::string 
   return problem_answer(request, api::make_problem(code, std::move(detail)));
 }
 
-api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, bool needs_image) {
+api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, Needs needs) {
   auto job = jobs.find(std::string(request.path_param("id")), request.access);
   if (!job) {
     return api::from_error(job.error());
   }
-  if (needs_image && !(*job)->record().view.spec.has_image) {
+  if (needs == Needs::kImage && !(*job)->record().view.spec.has_image) {
     return api::make_problem(core::ErrorCode::kNotFound,
                              "the job renders no image: its film is null");
   }

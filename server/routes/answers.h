@@ -18,10 +18,11 @@ Response problem_answer(const Request& request, const api::Problem& problem);
 Response error_answer(const Request& request, const core::Error& error);
 Response error_answer(const Request& request, core::ErrorCode code, std::string detail);
 
-/// Returns the job `{id}`. Problems: 404 if the request may see no such job; with needs_image also
-/// if the job renders none.
-api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request,
-                                 bool needs_image = false);
+enum class Needs { kJob, kImage };
+
+/// Returns the job `{id}`. Problems: 404 if the request may see no such job, or if the job renders
+/// no image and one is needed.
+api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, Needs needs);
 
 /// Returns the sequence before which a page starts; empty: at the newest row. Errors: kBadSyntax at
 /// "/cursor".

@@ -24,6 +24,7 @@
 #include "server/observe/memory_gate.h"
 #include "server/observe/metrics.h"
 #include "server/pictures/picture.h"
+#include "server/routes/answers.h"
 #include "server/scenes/scene_service.h"
 #include "server/scenes/single_flight_cache.h"
 #include "server/store/assets.h"
@@ -71,7 +72,7 @@ struct RouteHandler {
   std::function<Response(const RouteContext&, Request&)> handler = {};
   /// Instead, for an operation without query on the job `{id}`: called if the request may see it.
   std::function<Response(const RouteContext&, Request&, const JobPointer&)> of_job = {};
-  bool needs_image = false;  ///< of_job is called for jobs that render an image.
+  Needs needs = Needs::kJob;  ///< of_job
   BodyPolicy body = {};
   bool is_probe = false;
 };

@@ -262,12 +262,12 @@ void add_result_handlers(HandlerTable& table) {
     return api::parse_image_query(std::move(query), tone_map_names());
   };
   table["getImage"] = {.handler = with_query(image_query, &image, Needs::kImage)};
-  table["getPixel"] = {.of_job = &pixel, .needs_image = true};
+  table["getPixel"] = {.of_job = &pixel, .needs = Needs::kImage};
   table["getObjects"] = {
       .of_job = [maker = std::make_shared<ObjectsMaker>()](
                     const RouteContext& context, Request& request,
                     const JobPointer& job) { return job_objects(context, *maker, request, job); },
-      .needs_image = true};
+      .needs = Needs::kImage};
   table["getConvergence"] = {.of_job = &convergence};
 }
 

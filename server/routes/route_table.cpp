@@ -30,7 +30,7 @@ Handler handler_of(const RouteContext& context, RouteHandler row, bool takes_no_
     if (!row.of_job) {
       return row.handler(context, request);
     }
-    const auto job = find_job(context.jobs, request, row.needs_image);
+    const auto job = find_job(context.jobs, request, row.needs);
     return job ? row.of_job(context, request, *job) : problem_answer(request, job.problem());
   };
 }

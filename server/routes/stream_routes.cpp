@@ -70,6 +70,11 @@ Response tiles(const RouteContext& context, Request& request, const JobPointer& 
   if (const auto film = context.jobs.films().film(*job); !film && film.error().code == api::kGone) {
     return error_answer(request, film.error());
   }
+  if (query.denoise != api::DenoiseShow::kOff) {
+    if (const auto fits = context.denoising.check(*job, query.denoise); !fits) {
+      return error_answer(request, fits.error());
+    }
+  }
   StreamSlot slot = context.streams.try_enter(request.access.tenant);
   if (!slot) {
     return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");

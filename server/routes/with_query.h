@@ -17,8 +17,6 @@ auto with_query(Parse parse, Response (*handle)(const RouteContext&, Request&, c
   };
 }
 
-enum class Needs { kJob, kImage };
-
 /// As above, of the job `{id}`; answers as find_job() if there is none.
 template <typename Parse, typename Query>
 auto with_query(Parse parse,
@@ -29,7 +27,7 @@ auto with_query(Parse parse,
     if (!query) {
       return problem_answer(request, query.problem());
     }
-    const auto job = find_job(context.jobs, request, needs == Needs::kImage);
+    const auto job = find_job(context.jobs, request, needs);
     return job ? handle(context, request, *job, *query) : problem_answer(request, job.problem());
   };
 }

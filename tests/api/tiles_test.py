@@ -84,6 +84,13 @@ class Tiles(ApiTest):
         job = self.submit()
         self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=yes"), 422, "/denoise")
 
+    def test_refuses_what_the_job_cannot_show(self):
+        job = self.submit(denoise={"type": "none"})
+        self.assert_problem(self.server.get(f"/v1/jobs/{job}/tiles?denoise=mixed"), 422, "/denoise")
+        alone = self.submit()
+        self.assert_problem(self.server.get(f"/v1/jobs/{alone}/tiles?denoise=video"), 422,
+                            "/denoise")
+
     def assert_shown(self, tile, rows):
         """rows: bytes of the whole image, linear."""
         planes = tile.check()

@@ -96,7 +96,8 @@ struct Rendered {
 };
 
 /// Renders a pilot on this thread.
-Result<Rendered> render_pilot(const View& view, int samples, const std::stop_token& stop) {
+Result<Rendered> render_pilot(const View& view, int samples, bool counts_particles,
+                              const std::stop_token& stop) {
   auto renderer = settled_renderer(view, {}, stop);
   if (!renderer) {
     return renderer.error();
@@ -105,7 +106,7 @@ Result<Rendered> render_pilot(const View& view, int samples, const std::stop_tok
   TaskOptions options;
   options.stop.samples_per_pixel = rounded_samples(view.settings, samples);
   options.compares = false;
-  options.counts_particles = true;
+  options.counts_particles = counts_particles;
   NullSink sink;
   RenderTask task(*std::move(renderer), film, std::move(options), sink);
   const std::stop_callback cancel(stop, [&task] { task.cancel(); });
@@ -259,9 +260,15 @@ std::size_t best_of(std::span<const PilotFigures> pilots) {
 
 namespace {
 
+/// How V of a pilot is measured.
+enum class Variance {
+  kAgainstAll,  ///< pilot_errors()
+  kReported     ///< the square of the error that a job reports, where all find the same light
+};
+
 /// Renders the pilot of a candidate, and one with half the radius if it is biased.
-Result<PilotFigures> run_pilot(View small, const Candidate& candidate, PilotImage& image,
-                               const std::stop_token& stop) {
+Result<PilotFigures> run_pilot(View small, const Candidate& candidate, Variance by,
+                               PilotImage& image, const std::stop_token& stop) {
   const bool is_biased = find_integrator(small.settings.integrator)->bias != "none";
   float radius_m = 0;
   if (is_biased) {
@@ -275,7 +282,8 @@ Result<PilotFigures> run_pilot(View small, const Candidate& candidate, PilotImag
     radius_m = usual_photon_radius_m(small.scene->data(), *camera, film);
     small.settings.photons.radius_m = radius_m;
   }
-  auto seen = render_pilot(small, candidate.samples, stop);
+  const bool compares_light = by == Variance::kAgainstAll;
+  auto seen = render_pilot(small, candidate.samples, compares_light, stop);
   if (!seen) {
     return seen.error();
   }
@@ -289,7 +297,7 @@ Result<PilotFigures> run_pilot(View small, const Candidate& candidate, PilotImag
                        .lacks = seen->lacks};
   if (is_biased) {
     small.settings.photons.radius_m = radius_m / 2;
-    seen = render_pilot(small, candidate.samples, stop);
+    seen = render_pilot(small, candidate.samples, compares_light, stop);
     if (!seen) {
       return seen.error();
     }
@@ -355,12 +363,6 @@ struct Trial {
   View view;  ///< of its pilot
 };
 
-/// How V of a pilot is measured.
-enum class Variance {
-  kAgainstAll,  ///< pilot_errors()
-  kReported     ///< the square of the error that a job reports, where all find the same light
-};
-
 std::vector<Trial> trials_of(const View& view, std::span<const std::size_t> candidates) {
   std::vector<Trial> out;
   for (const std::size_t k : candidates) {
@@ -374,17 +376,23 @@ Result<PilotChoice> choose_among(const std::vector<Trial>& trials, Variance by,
   PilotChoice choice;
   std::vector<PilotImage> images(trials.size());
   for (std::size_t k = 0; k < images.size(); ++k) {
-    auto figures = run_pilot(trials[k].view, trials[k].candidate, images[k], stop);
+    auto figures = run_pilot(trials[k].view, trials[k].candidate, by, images[k], stop);
     if (!figures) {
       return figures.error();
     }
     choice.pilots.push_back(*figures);
   }
-  const std::vector<double> errors = pilot_errors(images);
+  std::vector<double> errors;
+  if (by == Variance::kAgainstAll) {
+    errors = pilot_errors(images);
+  } else {
+    for (const PilotFigures& pilot : choice.pilots) {
+      errors.push_back(pilot.error * pilot.error);
+    }
+  }
   for (std::size_t k = 0; k < images.size(); ++k) {
     PilotFigures& pilot = choice.pilots[k];
-    pilot.variance =
-        pilot.samples * (by == Variance::kAgainstAll ? errors[k] : pilot.error * pilot.error);
+    pilot.variance = pilot.samples * errors[k];
     const double cost = pilot.variance * pilot.work;
     pilot.efficiency = cost > 0 ? 1 / cost : std::numeric_limits<double>::infinity();
   }

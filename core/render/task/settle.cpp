@@ -65,6 +65,14 @@ Result<std::string> settle(View& view, const StopRules& rules, const std::stop_t
   return *chosen + (chosen->empty() || lights->empty() ? "" : " ") + *lights;
 }
 
+void adopt_settled(RenderSettings& to, const RenderSettings& settled) {
+  to.integrator = settled.integrator;
+  to.caustics = settled.caustics;
+  to.estimator = settled.estimator;
+  to.adaptive = settled.adaptive;
+  to.light_sampler = settled.light_sampler;
+}
+
 Result<std::shared_ptr<const Renderer>> settled_renderer(View view, const StopRules& rules,
                                                          const std::stop_token& stop) {
   if (const auto settled = settle(view, rules, stop); !settled) {

@@ -15,9 +15,11 @@ namespace core {
 
 /// Sets view.measured, and replaces `auto` by the integrator chosen, with its defaults, and light
 /// sampler `measured` by its choice. Returns a warning that names what was chosen; empty if the job
-/// names both. Errors: as
-/// Renderer::create(); kCancelled if a stop was requested.
+/// names both. Errors: as Renderer::create(); kCancelled if a stop was requested.
 Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop = {});
+
+/// Copies to a job's settings what settle() replaces in those of its view.
+void adopt_settled(RenderSettings& to, const RenderSettings& settled);
 
 /// Sets view.measured. Pre: the integrator is not `auto`. Errors: as above.
 Status measure(View& view, const std::stop_token& stop = {});

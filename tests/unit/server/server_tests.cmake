@@ -12,6 +12,7 @@ set(SERVER_TEST_SOURCES
   fake_queue.cpp
   film_file_splats_test.cpp
   film_file_test.cpp
+  frame_series_test.cpp
   full_disk_test.cpp
   guard_test.cpp
   job_book_test.cpp

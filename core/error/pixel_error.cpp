@@ -14,6 +14,19 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
+/// 97.5% quantiles of Student's t, by the number of pixels of a window.
+const auto& quantiles() {
+  constexpr int kSide = 2 * kErrorWindow + 1;
+  static const auto kTable = [] {
+    std::array<float, kSide * kSide + 1> table{};
+    for (std::size_t count = 1; count < table.size(); ++count) {
+      table[count] = static_cast<float>(student_t_quantile(0.975, static_cast<double>(count)));
+    }
+    return table;
+  }();
+  return kTable;
+}
+
 bool has_halves(const HalfValue& a, const HalfValue& b) { return a.count > 0 && b.count > 0; }
 
 }  // namespace
@@ -50,7 +63,7 @@ PixelError pixel_error(const FilmSnapshot& film, int x, int y) {
     return static_cast<float>(std::sqrt(squares[c] / count));
   };
   out.standard_error = {root(0), root(1), root(2)};
-  const auto quantile = static_cast<float>(student_t_quantile(0.975, count));
+  const float quantile = quantiles()[static_cast<std::size_t>(count)];
   const Rgb mean = pixel_value(film, own).mean;
   out.low = mean - out.standard_error * quantile;
   out.high = mean + out.standard_error * quantile;

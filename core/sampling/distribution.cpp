@@ -23,12 +23,16 @@ double append_cdf(const float* weights, std::size_t n, std::vector<float>& cdf) 
   return total;
 }
 
-void append_guide(DistributionTable table, std::vector<std::uint32_t>& guide) {
-  for (int i = 0; i < table.size; ++i) {
+void append_guide(DistributionTable table, int size, std::vector<std::uint32_t>& guide) {
+  for (int i = 0; i < size; ++i) {
     guide.push_back(static_cast<std::uint32_t>(
-        table.cell_of(static_cast<float>(i) / static_cast<float>(table.size))));
+        table.cell_of(static_cast<float>(i) / static_cast<float>(size))));
   }
 }
+
+/// Cells for each value of the guides of an image. They are read at random, so that they should fit
+/// in a cache; the three more steps of a search read one line.
+constexpr int kCellsForGuide = 8;
 
 }  // namespace
 
@@ -38,8 +42,13 @@ std::size_t DistributionTable::cell_of(float u) const noexcept {
     const float* after = std::upper_bound(cdf, cdf + size + 1, u);
     return std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - cdf - 1, 0)), last);
   }
-  std::size_t cell = guide[std::min(static_cast<std::size_t>(u * static_cast<float>(size)), last)];
-  while (cell > 0 && cdf[cell] > u) {  // i was rounded up
+  const auto guides = static_cast<std::size_t>(guide_size);
+  const auto start = static_cast<std::size_t>(u * static_cast<float>(guide_size));
+  const std::size_t least = guide[std::min(start, guides - 1)];
+  const std::size_t most = start + 1 < guides ? guide[start + 1] : last;
+  std::size_t cell =
+      static_cast<std::size_t>(std::upper_bound(cdf + least + 1, cdf + most + 1, u) - cdf) - 1;
+  while (cell > 0 && cdf[cell] > u) {  // i was rounded
     --cell;
   }
   while (cell < last && cdf[cell + 1] <= u) {
@@ -73,20 +82,20 @@ Distribution1D::Distribution1D(const std::vector<float>& weights) {
 
 void Distribution1D::add_guide() {
   std::vector<std::uint32_t> guide;
-  append_guide(table(), guide);
+  append_guide(table(), static_cast<int>(size()), guide);
   guide_.swap(guide);
 }
 
 Distribution2D::Distribution2D(const std::vector<float>& weights, int width, int height)
-    : width_(width) {
+    : width_(width), guide_size_((width + kCellsForGuide - 1) / kCellsForGuide) {
   const auto w = static_cast<std::size_t>(width);
   const auto h = static_cast<std::size_t>(height);
   cdfs_.reserve(h * (w + 1));
-  guides_.reserve(h * w);
+  guides_.reserve(h * static_cast<std::size_t>(guide_size_));
   std::vector<float> sums;
   for (std::size_t y = 0; y < h; ++y) {
     sums.push_back(static_cast<float>(append_cdf(&weights[y * w], w, cdfs_)));
-    append_guide({&cdfs_[y * (w + 1)], nullptr, width}, guides_);
+    append_guide({&cdfs_[y * (w + 1)], nullptr, width}, guide_size_, guides_);
   }
   marginal_ = Distribution1D(sums);
   marginal_.add_guide();

@@ -12,9 +12,9 @@ namespace core {
 /// A read-only density over equal cells of [0,1).
 struct DistributionTable {
   const float* cdf = nullptr;            ///< size + 1 values from 0 to 1
-  const std::uint32_t* guide = nullptr;  ///< [i]: the cell that contains i / size; null: search for
-                                         ///< cells
+  const std::uint32_t* guide = nullptr;  ///< [i]: the cell that contains i / guide_size; null: none
   int size = 0;
+  int guide_size = 0;
 
   struct Sample {
     float x = 0;
@@ -43,7 +43,8 @@ class Distribution1D {
   float prob_cell(std::size_t cell) const noexcept { return cdf_[cell + 1] - cdf_[cell]; }
   std::size_t size() const noexcept { return cdf_.empty() ? 0 : cdf_.size() - 1; }
   DistributionTable table() const noexcept {
-    return {cdf_.data(), guide_.empty() ? nullptr : guide_.data(), static_cast<int>(size())};
+    return {cdf_.data(), guide_.empty() ? nullptr : guide_.data(), static_cast<int>(size()),
+            static_cast<int>(guide_.size())};
   }
 
  private:
@@ -69,14 +70,15 @@ class Distribution2D {
   std::size_t bytes() const noexcept;
 
   DistributionTable marginal() const noexcept { return marginal_.table(); }
-  /// Rows are stored one after another; each cdf has size + 1 values, each guide has size.
+  /// Rows are stored one after another.
   DistributionTable row(std::size_t row) const noexcept {
-    const auto w = static_cast<std::size_t>(width_);
-    return {&cdfs_[row * (w + 1)], &guides_[row * w], width_};
+    return {&cdfs_[row * (static_cast<std::size_t>(width_) + 1)],
+            &guides_[row * static_cast<std::size_t>(guide_size_)], width_, guide_size_};
   }
 
  private:
   int width_ = 0;
+  int guide_size_ = 0;
   std::vector<float> cdfs_;
   std::vector<std::uint32_t> guides_;
   Distribution1D marginal_;

@@ -22,20 +22,9 @@ struct TableLanes {
   Floats<N> prob_cell(Ints<N> cell) const { return cdf_at(cell + Ints<N>(1)) - cdf_at(cell); }
   /// As DistributionTable::sample() with a guide.
   Sample sample(Floats<N> u) const {
-    const auto* guide = reinterpret_cast<const std::int32_t*>(table.guide);
-    const Floats<N> n(static_cast<float>(table.size));
+    const Floats<N> n = length();
     const Ints<N> one(1);
-    const Ints<N> last(table.size - 1);
-    const Ints<N> start = truncated(u * n);
-    Ints<N> cell = gather(guide, guide_first + select(last < start, last, start));
-    const auto step = [&](Mask<N> wrong, Ints<N> by) {
-      cell = select(wrong, cell + by, cell);
-      return wrong.any();
-    };
-    while (step((Ints<N>(0) < cell) & (cdf_at(cell) > u), Ints<N>(-1))) {
-    }
-    while (step((cell < last) & (cdf_at(cell + one) <= u), one)) {
-    }
+    const Ints<N> cell = cell_of(u);
     const Floats<N> width = prob_cell(cell);
     const Floats<N> within =
         select(width > Floats<N>(0), (u - cdf_at(cell)) / width, Floats<N>(0.5F));
@@ -44,6 +33,33 @@ struct TableLanes {
       x = select(over, floats_of(bits_of(x) - one), x);
     }
     return {x, width * n, cell};
+  }
+  /// As DistributionTable::cell_of().
+  Ints<N> cell_of(Floats<N> u) const {
+    const auto* guide = reinterpret_cast<const std::int32_t*>(table.guide);
+    const Ints<N> one(1);
+    const Ints<N> last(table.size - 1);
+    const Ints<N> last_guide(table.guide_size - 1);
+    const auto guide_at = [&](Ints<N> i) { return gather(guide, guide_first + i); };
+    const Ints<N> start = truncated(u * Floats<N>(static_cast<float>(table.guide_size)));
+    Ints<N> cell = guide_at(select(last_guide < start, last_guide, start));
+    const Mask<N> has_next = start < last_guide;
+    Ints<N> most = select(has_next, guide_at(select(has_next, start + one, last_guide)), last);
+    for (auto open = cell < most; open.any(); open = cell < most) {
+      const Ints<N> middle = (cell + most + one) >> 1;
+      const Mask<N> is_before = cdf_at(middle) <= u;
+      cell = select(open & is_before, middle, cell);
+      most = select(open & ~is_before, middle - one, most);
+    }
+    const auto step = [&](Mask<N> wrong, Ints<N> by) {  // i was rounded
+      cell = select(wrong, cell + by, cell);
+      return wrong.any();
+    };
+    while (step((Ints<N>(0) < cell) & (cdf_at(cell) > u), Ints<N>(-1))) {
+    }
+    while (step((cell < last) & (cdf_at(cell + one) <= u), one)) {
+    }
+    return cell;
   }
   /// As DistributionTable::pdf_unit().
   Floats<N> pdf_unit(Floats<N> x) const { return prob_cell(cell_at(x)) * length(); }
@@ -71,7 +87,7 @@ namespace distribution_detail {
 template <std::size_t N>
 TableLanes<N> rows_of(const Distribution2D& d, Ints<N> row) {
   const DistributionTable first = d.row(0);
-  return {first, row * Ints<N>(first.size + 1), row * Ints<N>(first.size)};
+  return {first, row * Ints<N>(first.size + 1), row * Ints<N>(first.guide_size)};
 }
 
 }  // namespace distribution_detail

@@ -210,7 +210,10 @@ class BsdfLanes {
       const F side = dot(s.wi, ng_);
       s.wi = select(~is_flat_ & (side * s.wi.z < 0), s.wi - ng_ * (2 * side), s.wi);
     }
-    const Eval f = evaluate(s.wi);
+    Eval f = {black(), F(0)};
+    if ((valid & ~s.is_delta).any()) {  // Mirrors and clear glass need no value.
+      f = evaluate(s.wi);
+    }
     const Mask<N> plain = is_lambert_ & is_flat_;
     valid = valid & (plain | s.is_delta | (f.pdf_solid_angle > 0));
     s.weight = select(plain, base_color_, f.value_cos * (1 / f.pdf_solid_angle));

@@ -2,6 +2,7 @@
 // are fixed.
 #include "core/sampling/distribution.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/statistics.h"
+#include "core/math/numbers.h"
+#include "core/sampling/distribution_lanes.h"
 #include "core/sampling/mis.h"
 #include "core/sampling/warp.h"
 #include "tests/support/statistics.h"
@@ -64,6 +67,50 @@ TEST(Distribution1D, NeverSamplesACellOfZeroWeight) {
     EXPECT_LT(s.x, 1);
   }
   EXPECT_EQ(d.sample(0x1.fffffep-1F).cell, 4U);
+}
+
+/// The last cell that begins at or before u, without a guide.
+std::size_t plain_cell(const core::DistributionTable& table, float u) {
+  std::size_t cell = 0;
+  for (std::size_t i = 1; i < static_cast<std::size_t>(table.size); ++i) {
+    cell = table.cdf[i] <= u ? i : cell;
+  }
+  return cell;
+}
+
+// Rows of a sky with a sun: long runs of zeros, and most of the weight in one cell. Numbers at the
+// edges of cells and of guides are among those tried.
+TEST(Distribution2D, GuidesOfAnyWidthLeadToTheCell) {
+  Random random(3);
+  for (const int width : {1, 2, 7, 8, 9, 63, 1000}) {
+    std::vector<float> weights;
+    for (int i = 0; i < 3 * width; ++i) {
+      weights.push_back(random.uniform() < 0.7F ? 0 : random.uniform());
+    }
+    weights[static_cast<std::size_t>(width / 2)] = 50;
+    weights[static_cast<std::size_t>(2 * width)] = 1;
+    const Distribution2D d(weights, width, 3);
+    for (std::size_t row = 0; row < 3; ++row) {
+      const core::DistributionTable table = d.row(row);
+      std::vector<float> tried(400);
+      for (float& u : tried) {
+        u = random.uniform();
+      }
+      tried.insert(tried.end(), table.cdf, table.cdf + width);
+      for (int i = 0; i < table.guide_size; ++i) {
+        const float edge = static_cast<float>(i) / static_cast<float>(table.guide_size);
+        tried.insert(tried.end(), {edge, std::nextafter(edge, 0.0F), std::nextafter(edge, 1.0F)});
+      }
+      const core::TableLanes<8> lanes{table};
+      for (const float number : tried) {
+        const float u = std::min(number, core::kOneMinusEpsilon);
+        const std::size_t cell = plain_cell(table, u);
+        EXPECT_EQ(table.cell_of(u), cell) << width << ", " << u;
+        EXPECT_EQ(lanes.cell_of(core::Floats<8>(u)).v[3], static_cast<int>(cell))
+            << width << ", " << u;
+      }
+    }
+  }
 }
 
 TEST(Distribution1D, CellsSumToOne) {

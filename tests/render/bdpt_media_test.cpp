@@ -67,14 +67,14 @@ std::vector<Case> cases() {
   // the fog is dense.
   core::View coloured = fog_in_box(kSide, {0.2F, 1, 3});
   coloured.scene = test_support::box(kSide).scene;
-  return {{"milk without a boundary", ball_in_box(milk(0.9F, 0.2F, 0.3F)), 64},
-          {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 16},
-          {"channels of their own extinction", ball_in_box(wax()), 64},
-          {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 40},
-          {"coloured fog", coloured, 80}};
+  return {
+      {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 16},
+      {"milk without a boundary whose channels have their own extinction", ball_in_box(wax()), 64},
+      {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 40},
+      {"coloured fog", coloured, 80}};
 }
 
-constexpr int kComparisons = 5;
+constexpr int kComparisons = 4;
 
 TEST(BdptMedia, ImagesAreThoseOfPath) {
   for (const Case& c : cases()) {

@@ -177,9 +177,6 @@ TEST(Coverage, IsCalibratedInTheCornellBoxWithSobol) {
   EXPECT_LT(shared.image, 0.5);
   EXPECT_LT(shared.ratio, 0.9);
 }
-TEST(Coverage, IsCalibratedInTheCornellBoxWithIndependentSamples) {
-  expect_calibrated(cover(renders(cornell(core::SamplerType::kIndependent), 8)));
-}
 TEST(Coverage, IsCalibratedForTwoBallsWithSobol) {
   expect_calibrated(cover(renders(balls(core::SamplerType::kSobol), 8)));
 }

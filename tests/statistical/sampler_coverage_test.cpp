@@ -214,11 +214,10 @@ void expect_calibrated(double blocks, const Coverage& c) {
   EXPECT_GE(c.image, kImageLeast);
 }
 
-// coverage_test.cpp tests independent and sobol.
+// coverage_test.cpp tests sobol.
 TEST(SamplerCoverage, HoldsForEverySamplerWithIndependentPixels) {
   for (const auto& entry : core::samplers()) {
-    if (entry.value == core::SamplerType::kZsobol || entry.value == core::SamplerType::kSobol ||
-        entry.value == core::SamplerType::kIndependent) {
+    if (entry.value == core::SamplerType::kZsobol || entry.value == core::SamplerType::kSobol) {
       continue;
     }
     SCOPED_TRACE(entry.name);

@@ -156,6 +156,11 @@ class BsdfLanes {
             select(keep_a, a.pdf_solid_angle, F(0)) + select(keep_b, b.pdf_solid_angle, F(0))};
   }
 
+  /// As evaluate(); lanes outside of `on` are unspecified.
+  Eval evaluate_where(Mask<N> on, Vec3s<N> wi) const {
+    return on.any() ? evaluate(wi) : Eval{black(), F(0)};
+  }
+
   Sample sample(F u_lobe, Vec2s<N> u) const {
     Sample s;
     s.wi = cosine_hemisphere(u);
@@ -210,10 +215,7 @@ class BsdfLanes {
       const F side = dot(s.wi, ng_);
       s.wi = select(~is_flat_ & (side * s.wi.z < 0), s.wi - ng_ * (2 * side), s.wi);
     }
-    Eval f = {black(), F(0)};
-    if ((valid & ~s.is_delta).any()) {  // Mirrors and clear glass need no value.
-      f = evaluate(s.wi);
-    }
+    const Eval f = evaluate_where(valid & ~s.is_delta, s.wi);
     const Mask<N> plain = is_lambert_ & is_flat_;
     valid = valid & (plain | s.is_delta | (f.pdf_solid_angle > 0));
     s.weight = select(plain, base_color_, f.value_cos * (1 / f.pdf_solid_angle));

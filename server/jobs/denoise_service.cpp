@@ -38,6 +38,12 @@ std::string key_of(const Job& job) { return std::to_string(job.sequence()) + "."
 
 core::DenoiserType type_of(const Job& job) { return job.record().view.spec.denoise.type; }
 
+core::Status check_denoiser(const Job& job) {
+  return type_of(job) == core::DenoiserType::kNone
+             ? Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"}
+             : core::ok_status();
+}
+
 Error too_few_samples(int needed) {
   return Error{ErrorCode::kConflict,
                "denoising needs samples of both halves in each pixel, at least " +
@@ -80,11 +86,9 @@ DenoiseService::DenoiseService(JobService& jobs, BatchTable& batches, MemoryGate
 }
 
 core::Status DenoiseService::check(const Job& job, api::DenoiseShow show) {
-  if (type_of(job) == core::DenoiserType::kNone) {
-    return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"};
-  }
-  if (show != api::DenoiseShow::kVideo) {
-    return core::ok_status();
+  auto fits = check_denoiser(job);
+  if (!fits || show != api::DenoiseShow::kVideo) {
+    return fits;
   }
   const auto around = series_around(job);
   return around ? core::ok_status() : core::Status(around.error());
@@ -95,7 +99,7 @@ core::Result<DenoiseService::Pointer> DenoiseService::get(const JobPointer& job,
                                                           const Wanted& wanted,
                                                           std::chrono::milliseconds patience) {
   const api::JobView view = job->record().view;
-  if (const auto fits = check(*job, wanted.show); !fits) {
+  if (const auto fits = check_denoiser(*job); !fits) {
     return fits.error();
   }
   const bool is_final = api::is_final(view.state);

@@ -30,8 +30,9 @@ void append_guide(DistributionTable table, int size, std::vector<std::uint32_t>&
   }
 }
 
-/// Cells for each value of the guides of an image. They are read at random, so that they should fit
-/// in a cache; the three more steps of a search read one line.
+/// Cells for each value of the guides of an image. They are read at random, so they should fit in a
+/// cache: those of a map of 1024 x 512 take 256 kB, not 2 MB. The cells between two values share
+/// one or two of its lines, which the search reads.
 constexpr int kCellsForGuide = 8;
 
 }  // namespace

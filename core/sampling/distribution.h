@@ -70,7 +70,7 @@ class Distribution2D {
   std::size_t bytes() const noexcept;
 
   DistributionTable marginal() const noexcept { return marginal_.table(); }
-  /// Rows are stored one after another.
+  /// Rows are stored one after another; each cdf has size + 1 values, each guide has guide_size.
   DistributionTable row(std::size_t row) const noexcept {
     return {&cdfs_[row * (static_cast<std::size_t>(width_) + 1)],
             &guides_[row * static_cast<std::size_t>(guide_size_)], width_, guide_size_};

@@ -53,8 +53,8 @@ class DenoiseService {
     api::DenoiseShow show = api::DenoiseShow::kMixed;
     std::optional<std::uint32_t> revision = {};  ///< this or newer
   };
-  /// Errors: kInvalidArgument at /denoise (the job has no denoising; a video of a job that is
-  /// alone).
+  /// Returns whether the job can be shown so once its images are there. Errors: kInvalidArgument at
+  /// /denoise (the job has no denoising; a video of a job that is alone); of the store.
   core::Status check(const Job& job, api::DenoiseShow show);
   /// Denoises the current film, or returns a slightly older picture while the job renders.
   /// Errors: those of check(); kConflict (none before the end of this job, a half is missing, no

@@ -137,6 +137,9 @@ void attach_mesh(RTCDevice device, RTCScene scene, const AccelGeometry& mesh, st
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.indices.data(), 0, 3 * sizeof(std::uint32_t),
                              mesh.indices.size() / 3);
+  if (mesh.has_holes) {
+    rtcSetGeometryOccludedFilterFunction(geometry, &embree::pass_hole);
+  }
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, id);
   rtcReleaseGeometry(geometry);
@@ -196,10 +199,10 @@ unsigned to_embree(const RayPacket& rays, unsigned active, RTCRay8& out, int (&v
   std::memset(out.tnear, 0, sizeof(out.tnear));
   std::memcpy(out.time, rays.time, sizeof(rays.time));
   std::memset(out.mask, 0xff, sizeof(out.mask));
-  std::memset(out.id, 0, sizeof(out.id));
   std::memset(out.flags, 0, sizeof(out.flags));
   unsigned traced = 0;
   for (unsigned k = 0; k < 8; ++k) {
+    out.id[k] = k;
     const float sum = (rays.origin_x[k] + rays.direction_x[k]) +
                       (rays.origin_y[k] + rays.direction_y[k]) +
                       (rays.origin_z[k] + rays.direction_z[k]);
@@ -344,7 +347,8 @@ bool Accel::occluded(const Ray& ray) const noexcept {
     return true;
   }
   RTCRay shadow = to_embree(ray);
-  embree::occluded1(impl_->top, &shadow);
+  embree::PassContext context(nullptr, nullptr);
+  embree::occluded1(impl_->top, context.context, &shadow);
   return shadow.tfar < 0;
 }
 
@@ -402,12 +406,89 @@ unsigned Accel::occluded8(const RayPacket& rays, unsigned active) const noexcept
   alignas(32) RTCRay8 shadow;
   alignas(32) int valid[8];
   const unsigned traced = to_embree(rays, active, shadow, valid);
-  embree::occluded8(valid, impl_->top, &shadow);
+  embree::PassContext context(nullptr, nullptr);
+  embree::occluded8(valid, impl_->top, context.context, &shadow);
   met = active & ~traced;  // as in occluded()
   for (unsigned k = 0; k < 8; ++k) {
     met |= shadow.tfar[k] < 0 ? (traced & 1U << k) : 0U;
   }
   return met;
+}
+
+/// The holes that eight rays have passed. Sums of integers do not depend on the order in which
+/// Embree finds holes, which depends on the other rays of a packet.
+struct Accel::Holes {
+  /// Parts of a binary logarithm: those of 2^-30, the smallest factor, have an error of 2^-33.
+  static constexpr double kUnits = 4294967296.0;
+
+  const Impl& impl;
+  CoverageOf coverage;
+  const void* of;
+  std::int64_t log2_open[8] = {};  ///< of the open share, in 1 / kUnits
+  std::uint32_t passed[8] = {};
+
+  bool pass(unsigned lane, const RawHit& hit) noexcept {
+    const float covered = coverage(of, hit, lane);
+    if (!(covered < 1)) {
+      return false;
+    }
+    ++passed[lane];
+    if (covered > 0) {
+      log2_open[lane] +=
+          static_cast<std::int64_t>(static_cast<double>(std::log2(1 - covered)) * kUnits);
+    }
+    return true;
+  }
+  /// Returns what a ray that is not blocked has passed.
+  Passage passage(unsigned lane) const noexcept {
+    const std::int64_t sum = log2_open[lane];
+    return {sum == 0 ? 1.0F : std::exp2(static_cast<float>(static_cast<double>(sum) / kUnits)),
+            passed[lane]};
+  }
+  /// Context of rays that pass these holes.
+  embree::PassContext context() noexcept {
+    return {
+        [](void* user, unsigned lane, unsigned instance, unsigned geometry, unsigned primitive) {
+          auto& to = *static_cast<Holes*>(user);
+          const auto mesh = to.impl.mesh_of(instance, geometry);
+          return to.pass(lane, {0, mesh.instance, mesh.geometry, primitive});
+        },
+        this};
+  }
+};
+
+Passage Accel::pass_holes(const Ray& ray, CoverageOf coverage, const void* of) const noexcept {
+  if (!traceable(ray)) {
+    return {0, 0};
+  }
+  Holes holes{*impl_, coverage, of};
+  embree::PassContext context = holes.context();
+  RTCRay shadow = to_embree(ray);
+  embree::occluded1(impl_->top, context.context, &shadow);
+  return shadow.tfar < 0 ? Passage{0, 0} : holes.passage(0);
+}
+
+void Accel::pass_holes8(const RayPacket& rays, unsigned active, CoverageOf coverage, const void* of,
+                        Passage (&out)[8]) const noexcept {
+  Holes holes{*impl_, coverage, of};
+  embree::PassContext context = holes.context();
+  alignas(32) RTCRay8 shadow;
+  alignas(32) int valid[8];
+  const unsigned traced = to_embree(rays, active, shadow, valid);
+  if (!impl_->has_instances) {
+    embree::occluded8(valid, impl_->top, context.context, &shadow);
+  }
+  for (unsigned rest = active; rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<unsigned>(std::countr_zero(rest));
+    const bool is_traced = (traced >> k & 1U) != 0;
+    if (impl_->has_instances && is_traced) {
+      RTCRay one = to_embree(ray_of(rays, k));
+      one.id = k;
+      embree::occluded1(impl_->top, context.context, &one);
+      shadow.tfar[k] = one.tfar;
+    }
+    out[k] = is_traced && !(shadow.tfar[k] < 0) ? holes.passage(k) : Passage{0, 0};
+  }
 }
 
 void Accel::visit_near(Vec3 center, float radius_m,

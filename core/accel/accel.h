@@ -60,11 +60,18 @@ struct AccelGeometry {
   /// Positions at further, evenly spaced times up to 1; vertices move linearly between them. Empty:
   /// no motion.
   std::vector<std::span<const Vec3>> later = {};
+  bool has_holes = false;  ///< pass_holes() asks for the coverage of its hits
 };
 
 struct AccelInstance {
   std::uint32_t group = 0;
   Transform to_world;
+};
+
+/// What surfaces with holes let through on the way of a ray.
+struct Passage {
+  float open = 1;           ///< share of the light; 0 if a surface blocks the ray
+  std::uint32_t holes = 0;  ///< surfaces passed; 0 if one blocks the ray
 };
 
 class Accel {
@@ -101,6 +108,13 @@ class Accel {
   /// at the instances' boxes took 1.2 to 1.5 times as long (GrassFieldInstanced).
   unsigned intersect8(const RayPacket& rays, unsigned active, HitPacket& hits) const noexcept;
   unsigned occluded8(const RayPacket& rays, unsigned active) const noexcept;
+  using CoverageOf = float (*)(const void* of, const RawHit& hit, unsigned lane);
+  /// Returns the product of 1 - coverage(of, hit, lane) over all hits in [t_min, t_max], in one
+  /// traversal. Hits have no t; those of geometries without holes block the ray. lane: of the
+  /// packet; 0 for a single ray. The product does not depend on the order of the hits.
+  Passage pass_holes(const Ray& ray, CoverageOf coverage, const void* of) const noexcept;
+  void pass_holes8(const RayPacket& rays, unsigned active, CoverageOf coverage, const void* of,
+                   Passage (&out)[8]) const noexcept;
   /// Calls `visit` for every triangle whose bounding box comes within `radius_m` of a point, in the
   /// rest position, until it returns false; t of its hit is 0. A few calls may follow that.
   void visit_near(Vec3 center, float radius_m,
@@ -113,6 +127,7 @@ class Accel {
  private:
   Accel();
   struct Impl;
+  struct Holes;
   std::unique_ptr<Impl> impl_;
 };
 

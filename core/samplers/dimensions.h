@@ -50,7 +50,10 @@
 ///   stretch y z     where on it                           path_media
 ///   stretch w       how far along the stretch             path_media
 ///   time    x       when within the open shutter          feature_pass renderer wave_tracer
-///   extra   0..     holes along a segment                 intersect visibility wave_tracer
+///   hole    x y z w the first four holes along a segment  intersect
+///   extra   0..     the others                            intersect
+///   extra   2^29..  surface or hole of a solid, along a   visibility
+///                   shadow ray
 ///   extra   2^30..  volume x and y, behind holes in       medium_sample
 ///                   solids
 ///   extra   2^31..  analog absorption                     path
@@ -85,6 +88,9 @@ constexpr int vertex_group(int bounce) { return (3 << 20) + bounce; }
 
 /// The group "stretch" of a path's segment in a medium.
 constexpr int stretch_group(int bounce) { return (4 << 20) + bounce; }
+
+/// The group "hole" of a path's segment.
+constexpr int hole_group(int bounce) { return (6 << 20) + bounce; }
 
 /// The group "time" of a path, while the shutter is open.
 inline constexpr int kTimeGroup = 5 << 20;

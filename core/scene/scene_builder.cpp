@@ -287,9 +287,10 @@ class Builder {
     return light_group(to_.light_groups, instance.group.empty() ? mesh : instance.group);
   }
 
-  static AccelGeometry geometry(const MeshData& mesh) {
+  AccelGeometry geometry(const MeshData& mesh) const {
     const std::size_t count = mesh.positions.size() - 1;
     AccelGeometry out = {std::span(mesh.positions).first(count), mesh.indices};
+    out.has_holes = to_.materials[mesh.material].has_alpha;
     for (const MovedVertices& moved : mesh.later) {
       out.later.push_back(std::span(moved.positions).first(count));
     }

@@ -11,7 +11,7 @@ namespace {
 bool draws_hole(const SceneData& scene, PathState& path, const RawHit& hit,
                 const Ray& ray) noexcept {
   return passes_hole(scene.coverage(hit, ray),
-                     [&path] { return path.sampler.extra_1d(path.depth, path.alpha_tests++); });
+                     [&path] { return hole_number(path.sampler, path.depth, path.alpha_tests++); });
 }
 
 }  // namespace

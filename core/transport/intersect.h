@@ -29,6 +29,16 @@ Ray ray_behind(const Point& point, const Ray& ray) noexcept {
   return out;
 }
 
+/// Returns the random number of hole `index` along a segment. The first four are stratified over a
+/// pixel's samples.
+inline float hole_number(const PathSampler& sampler, int bounce, std::uint32_t index) noexcept {
+  if (index >= 4) {
+    return sampler.extra_1d(bounce, index);
+  }
+  const Vec4 u = sampler.get_4d(hole_group(bounce));
+  return index == 0 ? u.x : index == 1 ? u.y : index == 2 ? u.z : u.w;
+}
+
 /// Returns whether a ray passes a surface with this coverage by a hole. draw(): the random number
 /// of the hit, drawn only where both are possible.
 template <typename Draw>

@@ -9,6 +9,9 @@ namespace core {
 
 namespace {
 
+/// Distinct from the holes of the path, which the shadow ray must not depend on.
+constexpr std::uint32_t kShadowDraws = 0x20000000U;
+
 /// A shadow ray on its way.
 template <typename Colors>
 class ShadowRay {
@@ -25,6 +28,11 @@ class ShadowRay {
 
   const Ray& ray() const noexcept { return ray_; }
   Rgb transmittance() const noexcept { return open_; }
+  /// Passes holes that are not of solids.
+  void pass_holes(const Passage& passage) noexcept {
+    open_ *= passage.open;
+    path_.rays += passage.holes;
+  }
   bool is_far() const noexcept { return ray_.t_max > 1; }
 
   /// Reaches the end. Solids end before infinity; if one does not, its mesh has a hole.
@@ -60,8 +68,9 @@ class ShadowRay {
     const Rgb straight = passes_clear && coverage > 0 ? clear(point, &faces.beyond) : Rgb{};
     // The two ways lead through different media: where both are open, one is chosen.
     const bool is_hole =
-        coverage < 1 && (is_black(straight) ||
-                         !(path_.sampler.extra_1d(path_.depth, path_.alpha_tests++) < coverage));
+        coverage < 1 &&
+        (is_black(straight) ||
+         !(path_.sampler.extra_1d(path_.depth, kShadowDraws + path_.alpha_tests++) < coverage));
     const SolidFace face = {&solid, is_hole};
     absorb(point.position, face);
     open_ *= !is_hole ? straight
@@ -127,6 +136,24 @@ class ShadowRay {
   Rgb open_ = {1, 1, 1};
 };
 
+/// Returns what the holes of surfaces let through.
+Passage passage_of(const SceneData& scene, const Ray& ray) noexcept {
+  if (!scene.has_alpha) {
+    return {scene.accel->occluded(ray) ? 0.0F : 1.0F, 0};
+  }
+  struct Of {
+    const SceneData& scene;
+    const Ray& ray;
+  } of{scene, ray};
+  return scene.accel->pass_holes(
+      ray,
+      [](const void* at, const RawHit& hit, unsigned /*lane*/) {
+        const auto& [in, by] = *static_cast<const Of*>(at);
+        return in.coverage(hit, by);
+      },
+      &of);
+}
+
 }  // namespace
 
 template <typename Colors>
@@ -138,12 +165,14 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& toward
   ShadowRay<Colors> shadow(scene, path, first, media, colors);
   const bool passes_clear =
       clear == ClearSurfaces::kPass && (scene.has_clear || scene.has_shared_space);
-  if (!scene.has_alpha && !passes_clear && !scene.has_shared_space) {
-    if (scene.accel->occluded(first)) {
+  if (!passes_clear && !scene.has_shared_space && !(scene.has_alpha && scene.has_volumes)) {
+    const Passage passage = passage_of(scene, first);
+    if (passage.open == 0) {
       return {};
     }
+    shadow.pass_holes(passage);
     shadow.finish();
-    return {shadow.transmittance(), true};
+    return {shadow.transmittance(), passage.holes == 0};
   }
   for (int pass = 0; pass < kNullScatteringMax; ++pass) {
     RawHit hit;

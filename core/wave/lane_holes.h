@@ -1,5 +1,5 @@
-/// Holes of surfaces (MASK and BLEND) on the way of eight rays, as in core/transport/intersect.cpp
-/// and core/transport/visibility.cpp.
+/// Holes of surfaces (MASK and BLEND) on the way of eight paths, as in
+/// core/transport/intersect.cpp.
 #pragma once
 
 #include <algorithm>
@@ -50,20 +50,18 @@ struct HoleRay {
   std::size_t index = 0;    ///< in the wave's arrays
   int passes = 0;           ///< holes behind it
   std::uint32_t draws = 0;  ///< random numbers taken
-  float open = 1;           ///< of its light
-  Vec3 end;                 ///< of a ray to a point
 };
 
 /// Traces rays on behind the holes that they meet, in packets that are kept full: a ray waits until
 /// eight do. goes_on(ray, hit): visits a surface, or null where the ray has left the scene; returns
-/// whether the ray is traced on behind it. moved(ray, distance_m): visits a ray that starts there.
-template <typename GoesOn, typename Moved>
+/// whether the ray is traced on behind it.
+template <typename GoesOn>
 class HoleQueue {
  public:
   /// rays: counts those traced.
   HoleQueue(const SceneData& scene, const LaneSurfaces& surfaces, std::uint64_t& rays,
-            const GoesOn& goes_on, const Moved& moved)
-      : scene_(scene), surfaces_(surfaces), rays_(rays), goes_on_(goes_on), moved_(moved) {}
+            const GoesOn& goes_on)
+      : scene_(scene), surfaces_(surfaces), rays_(rays), goes_on_(goes_on) {}
 
   /// Takes rays `on` of a packet that has been traced; ray k is number first + k of the wave.
   void add(const TracedPacket& packet, unsigned on, std::size_t first) {
@@ -72,7 +70,6 @@ class HoleQueue {
       HoleRay ray;
       ray.ray = packet.ray(k);
       ray.index = first + k;
-      ray.end = ray.ray.origin + ray.ray.direction;
       visit(ray, packet, k);
     }
     while (count_ >= 8) {
@@ -102,7 +99,7 @@ class HoleQueue {
     const Floats<8> passed_m = surfaces_.go_behind(packet, on);
     for (std::size_t k = 0; k < taken; ++k) {
       of[k].ray.origin = packet.ray(k).origin;
-      moved_(of[k], passed_m.v[k]);
+      of[k].ray.t_max -= passed_m.v[k];
       packet.set(k, of[k].ray);
     }
     rays_ += taken;
@@ -122,7 +119,6 @@ class HoleQueue {
   const LaneSurfaces& surfaces_;
   std::uint64_t& rays_;
   const GoesOn& goes_on_;
-  const Moved& moved_;
   std::array<HoleRay, 16> waiting_;
   std::size_t count_ = 0;
 };

@@ -226,35 +226,29 @@ template <typename Arrive>
 void LaneTracer<N, Options>::pass_light(Wave& wave, std::uint64_t& rays,
                                         const Arrive& arrive) const {
   WaveShadows& shadows = wave.shadows;
-  const auto goes_on = [&](HoleRay& r, const RawHit* hit) {
-    if (hit != nullptr) {
-      r.open *= ++r.passes < kNullScatteringMax ? 1 - surfaces_.coverage(*hit, r.ray) : 0;
-    }
-    const bool is_traced = hit != nullptr && r.open > 0;
-    if (!is_traced) {
-      const Vec3 value = shadows.value.get(r.index);
-      arrive(r.index, value, value * r.open);
-    }
-    return is_traced;
+  struct Of {
+    const LaneSurfaces& surfaces;
+    TracedPacket packet;
+  } of{surfaces_, {}};
+  const auto coverage = [](const void* at, const RawHit& hit, unsigned lane) {
+    const Of& to = *static_cast<const Of*>(at);
+    return to.surfaces.coverage(hit, to.packet.ray(lane));
   };
-  const auto moved = [](HoleRay& r, float /*passed_m*/) {
-    if (!(r.ray.t_max > 1)) {  // towards a point
-      r.ray.direction = r.end - r.ray.origin;
-    }
-  };
-  HoleQueue queue(scene_, surfaces_, rays, goes_on, moved);
   rays += shadows.count;
   for (std::size_t first = 0; first < shadows.count; first += 8) {
     const unsigned active = lanes_below(shadows.count - first);
     if (has_fog()) {
       thin_in_fog(shadows, first, active);
     }
-    TracedPacket packet;
-    fill_shadows(packet, wave, first, active);
-    packet.met = active & scene_.accel->intersect8(packet.rays, active, packet.hits);
-    queue.add(packet, active, first);
+    fill_shadows(of.packet, wave, first, active);
+    Passage passages[8];
+    scene_.accel->pass_holes8(of.packet.rays, active, coverage, &of, passages);
+    for (std::size_t k = 0; k < std::min(std::size_t{8}, shadows.count - first); ++k) {
+      const Vec3 value = shadows.value.get(first + k);
+      arrive(first + k, value, value * passages[k].open);
+      rays += passages[k].holes;
+    }
   }
-  queue.finish();
 }
 
 /// Follows a shadow ray through surfaces that may transmit light.

@@ -148,7 +148,7 @@ void LaneTracer<N, Options>::pass_holes(Wave& wave, int depth, std::uint64_t& ra
       return false;
     }
     const auto draw = [&] {
-      return sampler_of(wave, paths.slot.at[r.index]).extra_1d(depth, r.draws++);
+      return hole_number(sampler_of(wave, paths.slot.at[r.index]), depth, r.draws++);
     };
     // Where solids have holes, the number depends on whether the hit is of a solid.
     const float coverage = surfaces_.coverage(*hit, r.ray);
@@ -166,8 +166,7 @@ void LaneTracer<N, Options>::pass_holes(Wave& wave, int depth, std::uint64_t& ra
     hits.is_hit.at[group] &= is_traced ? ~0U : ~bit;
     return is_traced;
   };
-  const auto moved = [](HoleRay& r, float passed_m) { r.ray.t_max -= passed_m; };
-  HoleQueue queue(scene_, surfaces_, rays, goes_on, moved);
+  HoleQueue queue(scene_, surfaces_, rays, goes_on);
   TracedPacket packet;
   std::fill_n(packet.rays.t_max, 8, Ray{}.t_max);
   const std::size_t end = paths.first + paths.count;

@@ -126,6 +126,38 @@ TEST(Options, ExpectedValuesRemoveTheNoiseOfPanes) {
   EXPECT_LT(std::fabs(static_cast<double>(dice.mean().g) - 0.0625), 4 * error);  // false alarm 6e-5
 }
 
+// A black pane of this alpha in front of a white sky: at 64 samples, two halves of 32 Sobol points,
+// each pixel is within a sample of each half. Random numbers give a standard deviation of
+// sqrt(0.3 * 0.7 / 64) = 0.057, which the second hole of the same segment must not have either.
+TEST(Options, HolesAreStratified) {
+  for (const char* const integrator : {"path", "bdpt"}) {
+    for (const int panes : {1, 2}) {
+      core::MaterialDescription pane = test_support::lambert(Rgb(0));
+      pane.alpha_mode = core::AlphaMode::kBlend;
+      pane.base_alpha = 0.3F;
+      pane.double_sided = true;
+      std::vector<core::PrimitiveDescription> things;
+      for (int i = 0; i < panes; ++i) {
+        things.push_back(
+            test_support::quad({-9, -static_cast<float>(i), 9}, {18, 0, 0}, {0, 0, -18}, 0));
+      }
+      View view = test_support::view_of(
+          test_support::build(test_support::scene_of({pane}, std::move(things))), 16, 16);
+      test_support::look_at(view, {0, 1, 0.2F}, {0, 0, 0}, 40);
+      view.environment = test_support::constant_sky({1, 1, 1});
+      view.settings.integrator = integrator;
+      const double expected = std::pow(0.7, panes);
+      double squares = 0;
+      const std::vector<float> seen = values(test_support::render(view, 64));
+      for (const float value : seen) {
+        const double error = static_cast<double>(value) - expected;
+        squares += error * error;
+      }
+      EXPECT_LT(std::sqrt(squares / static_cast<double>(seen.size())), panes == 1 ? 0.02 : 0.03);
+    }
+  }
+}
+
 // Splitting keeps the random numbers of the camera and draws more of the others: if all noise of an
 // image arises after the first surface, n continuations reduce its variance like n times the
 // samples.

@@ -105,10 +105,11 @@ DRAWS = {
     r"\bkAimGroup\b\)": "aim",
     r"\bvertex_group\([^()]*\)\)?": "vertex",
     r"\bstretch_group\([^()]*\)\)?": "stretch",
+    r"\bhole_group\([^()]*\)\)?": "hole",
     r"\bextra_1d\(": "extra",
 }
 # Of the group "extra", where the numbers of a use begin.
-EXTRA_NUMBERS = {"kVolumeDraws": "2^30..", "kAnalogDraws": "2^31.."}
+EXTRA_NUMBERS = {"kShadowDraws": "2^29..", "kVolumeDraws": "2^30..", "kAnalogDraws": "2^31.."}
 # Documents that may be cited; each must be in the tree.
 DOCUMENT = re.compile(r"\b[A-Za-z][\w/-]*\.md\b")
 # Names of documents without their extension, and numbers of issues, which the tree does not

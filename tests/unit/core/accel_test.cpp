@@ -1,6 +1,10 @@
 #include "core/accel/accel.h"
 
+#include <cmath>
 #include <cstdint>
+#include <random>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -44,13 +48,21 @@ class Placed : public ::testing::TestWithParam<std::uint32_t> {
     for (Vec3& p : upper_.positions) {
       p.z = 0.5F;
     }
-    const AccelGeometry floor{std::span(floor_).first(3), kTriangle};
+    accel_ = build(false, false);
+  }
+  /// has_holes: of the grids; of the floor.
+  std::unique_ptr<Accel> build(bool has_holes, bool has_floor_holes) const {
+    AccelGeometry floor{std::span(floor_).first(3), kTriangle};
+    floor.has_holes = has_floor_holes;
     std::vector<AccelInstance> instances(kPlaces);
     for (std::uint32_t i = 0; i < kPlaces; ++i) {
       instances[i].to_world.t = {2 * static_cast<float>(i), 0, 0};
     }
-    const std::vector<std::vector<AccelGeometry>> groups = {{grid_.geometry(), upper_.geometry()}};
-    accel_ = std::move(Accel::build({&floor, 1}, groups, instances, 2, {}, {}, true)).value();
+    std::vector<std::vector<AccelGeometry>> groups = {{grid_.geometry(), upper_.geometry()}};
+    for (AccelGeometry& mesh : groups[0]) {
+      mesh.has_holes = has_holes;
+    }
+    return std::move(Accel::build({&floor, 1}, groups, instances, 2, {}, {}, true)).value();
   }
   /// Down on the first triangle of a cell of instance i, or beside all if i is kPlaces.
   Ray down(std::uint32_t i, std::uint32_t x, std::uint32_t y) const {
@@ -124,8 +136,150 @@ TEST_P(Placed, EveryQueryNamesInstanceAndGeometry) {
   }
 }
 
+/// Coverages of the floor, the lower and the upper grid.
+struct Covered {
+  float floor, lower, upper;
+  static float at(const void* of, const RawHit& hit, unsigned /*lane*/) {
+    const auto& to = *static_cast<const Covered*>(of);
+    return hit.instance == kNoInstance ? to.floor : hit.geometry == 0 ? to.lower : to.upper;
+  }
+};
+
+/// Lane 0 goes through both grids to the floor; lane 1 falls on the floor alone.
+std::pair<Passage, Passage> passages(const Accel& accel, Ray through, Ray beside,
+                                     const Covered& covered) {
+  RayPacket packet{};
+  const Ray rays[2] = {through, beside};
+  for (int k = 0; k < 2; ++k) {
+    packet.origin_x[k] = rays[k].origin.x;
+    packet.origin_y[k] = rays[k].origin.y;
+    packet.origin_z[k] = rays[k].origin.z;
+    packet.direction_z[k] = rays[k].direction.z;
+    packet.t_max[k] = rays[k].t_max;
+  }
+  Passage out[8];
+  accel.pass_holes8(packet, 3, &Covered::at, &covered, out);
+  for (int k = 0; k < 2; ++k) {
+    const Passage alone = accel.pass_holes(rays[k], &Covered::at, &covered);
+    EXPECT_EQ(alone.open, out[k].open);
+    EXPECT_EQ(alone.holes, out[k].holes);
+  }
+  return {out[0], out[1]};
+}
+
+TEST_P(Placed, HolesMultiply) {
+  const Ray through = down(1, 2, 3);
+  const Ray beside = down(kPlaces, 2, 3);
+  const auto open = build(true, true);
+  auto [light, floor] = passages(*open, through, beside, {0.5F, 0.25F, 0.6F});
+  EXPECT_NEAR(light.open, 0.5F * 0.75F * 0.4F, 1e-7F);
+  EXPECT_EQ(light.holes, 3U);
+  EXPECT_EQ(floor.open, 0.5F);
+  EXPECT_EQ(floor.holes, 1U);
+  // Holes of MASK lose nothing, and what covers blocks, wherever it is.
+  EXPECT_EQ(passages(*open, through, beside, {0, 0, 0}).first.open, 1);
+  for (const Covered& covered : {Covered{1, 0.5F, 0}, {0, 1, 0.5F}, {0.5F, 0, 1}}) {
+    light = passages(*open, through, beside, covered).first;
+    EXPECT_EQ(light.open, 0);
+    EXPECT_EQ(light.holes, 0U);
+  }
+  // A ray that ends above the floor.
+  Ray ended = through;
+  ended.t_max = 3.5F;
+  EXPECT_NEAR(passages(*open, ended, beside, {1, 0.25F, 0.6F}).first.open, 0.3F, 1e-7F);
+  // Geometries without holes block, whatever their coverage.
+  std::tie(light, floor) = passages(*build(true, false), through, beside, {0.5F, 0.25F, 0.6F});
+  EXPECT_EQ(light.open, 0);
+  EXPECT_EQ(floor.open, 0);
+  EXPECT_EQ(passages(*build(false, true), through, beside, {0, 0, 0}).first.open, 0);
+  EXPECT_TRUE(open->occluded(through));
+}
+
 // 1,200 triangles are copied, and 600,000 are not.
 INSTANTIATE_TEST_SUITE_P(OfFewAndManyTriangles, Placed, ::testing::Values(10, 224));
+
+/// Eight rays straight down from z = 3 at these places.
+RayPacket all_down(const float (&x)[8], const float (&y)[8]) {
+  RayPacket out{};
+  for (std::size_t k = 0; k < 8; ++k) {
+    out.origin_x[k] = x[k];
+    out.origin_y[k] = y[k];
+    out.origin_z[k] = 3;
+    out.direction_z[k] = -1;
+    out.t_max[k] = 100;
+  }
+  return out;
+}
+
+/// Coverage of a triangle: a number of its own.
+float some_coverage(const void* /*of*/, const RawHit& hit, unsigned /*lane*/) {
+  return std::fmod(static_cast<float>(hit.primitive + 1) * 0.618034F, 0.95F);
+}
+
+/// Forty grids of 4 x 4 cells, tilted through each other, so that the order in which Embree visits
+/// their boxes depends on all rays of a packet. Each covers the unit square, seen from above.
+struct Tilted {
+  static constexpr std::uint32_t kLayers = 40;
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+
+  Tilted() {
+    const Grid flat(4);
+    for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      const float turn = static_cast<float>(layer) * 0.37F;
+      for (const Vec3 p : flat.geometry().positions) {
+        positions.push_back({p.x, p.y, std::sin(turn) * (p.x - 0.5F) + std::cos(turn) * p.y});
+      }
+      for (const std::uint32_t i : flat.indices) {
+        indices.push_back(first + i);
+      }
+    }
+    positions.push_back({});
+  }
+  AccelGeometry geometry() const {
+    return {std::span(positions).first(positions.size() - 1), indices, {}, true};
+  }
+  /// Returns the share of light that a ray straight down at x, y keeps.
+  static double open(float x, float y) {
+    const float across = x * 4 - std::floor(x * 4);
+    const float up = y * 4 - std::floor(y * 4);
+    const auto cell = static_cast<std::uint32_t>(x * 4) + 4 * static_cast<std::uint32_t>(y * 4);
+    double out = 1;
+    for (std::uint32_t layer = 0; layer < kLayers; ++layer) {
+      const std::uint32_t triangle = 32 * layer + 2 * cell + (across + up < 1 ? 0 : 1);
+      out *= 1 - static_cast<double>(some_coverage(nullptr, {.primitive = triangle}, 0));
+    }
+    return out;
+  }
+};
+
+TEST(PassHoles, LightDoesNotDependOnTheOtherRays) {
+  const Tilted tilted;
+  const AccelGeometry mesh = tilted.geometry();
+  const auto accel = std::move(Accel::build({&mesh, 1}, {}, {}, 1)).value();
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int> place(0, 99);
+  for (int i = 0; i < 2000; ++i) {
+    float x[8];
+    float y[8];
+    for (std::size_t k = 0; k < 8; ++k) {  // on no edge
+      x[k] = (static_cast<float>(place(random)) + 0.3F) / 100;
+      y[k] = (static_cast<float>(place(random)) + 0.4F) / 100;
+    }
+    const RayPacket packet = all_down(x, y);
+    Passage together[8];
+    accel->pass_holes8(packet, 255, &some_coverage, nullptr, together);
+    for (std::size_t k = 0; k < 8; ++k) {
+      ASSERT_EQ(together[k].holes, Tilted::kLayers);
+      const double expected = Tilted::open(x[k], y[k]);
+      ASSERT_NEAR(static_cast<double>(together[k].open), expected, 5e-6 * expected);
+      Passage alone[8];
+      accel->pass_holes8(packet, 1U << k, &some_coverage, nullptr, alone);
+      ASSERT_EQ(alone[k].open, together[k].open);
+    }
+  }
+}
 
 }  // namespace
 }  // namespace core

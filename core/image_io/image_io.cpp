@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/invalid.h"
+#include "core/image_io/display_files.h"
 #include "core/image_io/exr_header.h"
 #include "core/image_io/hdr.h"
 #include "core/image_io/image_codec.h"
@@ -98,6 +99,10 @@ Result<Content> encode(const ImageRows& image, const ImageFormat& format,
     std::memcpy(file.data() + at, piece.data(), piece.size());
     return ok_status();
   };
+  if (has_own_writer(format)) {
+    const Status written = write_display_file(image, format, options, sink);
+    return written ? Result<Content>(std::move(file)) : written.error();
+  }
   const auto codec = image_codec();
   if (!codec) {
     return codec.error();

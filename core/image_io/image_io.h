@@ -1,4 +1,5 @@
-/// Reads and writes image files in memory. OpenImageIO is loaded on first use (image_codec.h).
+/// Reads and writes image files in memory. OpenImageIO is loaded on its first use
+/// (image_codec.h).
 #pragma once
 
 #include <cstddef>

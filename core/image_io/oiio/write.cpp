@@ -18,105 +18,16 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <webp/encode.h>
 
-#include "core/color/white_balance.h"
+#include "core/image_io/display_row.h"
 #include "core/image_io/oiio/oiio.h"
 
 namespace core::oiio {
 namespace {
 
 constexpr float kHalfMax = 65504;
-constexpr int kWebpSideMax = 16383;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
-
-/// Value: std::uint8_t or std::uint16_t.
-template <typename Value>
-Value quantize(float v) noexcept {
-  constexpr auto kMost = static_cast<float>(std::numeric_limits<Value>::max());
-  return static_cast<Value>(std::lround(std::clamp(v, 0.0F, 1.0F) * kMost));
-}
-
-// Converts one row for display: exposure, division by alpha, white balance, contrast, tone map and
-// rounding. Data is only clipped.
-class DisplayRow {
- public:
-  DisplayRow(int channels, int channels_out, const EncodeOptions& options)
-      : channels_(channels),
-        background_(options.background.value_or(Rgb(1))),
-        channels_out_(channels_out),
-        gain_(options.is_color ? std::exp2(options.exposure_stops) : 1.0F),
-        contrast_(options.is_color ? options.contrast : 1),
-        tone_map_(options.is_color ? options.tone_map : ToneMap::kLinear),
-        is_before_(channels == 4 && channels_out == 3) {
-    if (options.is_color && options.white_kelvin) {
-      white_balance_.emplace(*options.white_kelvin);
-    }
-  }
-
-  template <typename Value>
-  Value* write(const float* in, Value* to) const {
-    const float alpha = channels_ == 4 ? in[3] : 1.0F;
-    const float scale = channels_ == 4 && alpha > 0 ? gain_ / alpha : gain_;
-    if (channels_ == 1) {
-      const auto grey = quantize<Value>(apply_tone_map(tone_map_, adjusted(Rgb(in[0] * scale))).r);
-      return std::fill_n(to, channels_out_, grey);
-    }
-    const Rgb linear = adjusted(Rgb{in[0], in[1], in[2]} * scale);
-    if (std::is_same_v<Value, std::uint8_t> && tone_map_ != ToneMap::kLinear && !is_before_) {
-      const Rgb c = before_srgb_curve(tone_map_, linear);
-      *to++ = srgb_byte(c.r);
-      *to++ = srgb_byte(c.g);
-      *to++ = srgb_byte(c.b);
-      return with_alpha(alpha, to);
-    }
-    Rgb c = apply_tone_map(tone_map_, linear);
-    if (is_before_) {
-      // Blends display values, as a browser does.
-      const float a = std::isnan(alpha) ? 0.0F : std::clamp(alpha, 0.0F, 1.0F);
-      const auto blend = [a](float front, float back) {
-        return (a > 0 ? a * std::clamp(front, 0.0F, 1.0F) : 0.0F) + (1 - a) * back;
-      };
-      c = {blend(c.r, background_.r), blend(c.g, background_.g), blend(c.b, background_.b)};
-    }
-    *to++ = quantize<Value>(c.r);
-    *to++ = quantize<Value>(c.g);
-    *to++ = quantize<Value>(c.b);
-    return with_alpha(alpha, to);
-  }
-
- private:
-  template <typename Value>
-  Value* with_alpha(float alpha, Value* to) const {
-    if (channels_out_ == 4) {
-      *to++ = std::isnan(alpha) ? Value{0} : quantize<Value>(alpha);
-    }
-    return to;
-  }
-  Rgb adjusted(Rgb linear) const {
-    if (white_balance_) {
-      linear = (*white_balance_)(linear);
-    }
-    if (contrast_ != 1) {
-      linear = {contrasted(linear.r), contrasted(linear.g), contrasted(linear.b)};
-    }
-    return linear;
-  }
-  float contrasted(float v) const {
-    constexpr float kMiddleGrey = 0.18F;
-    return v > 0 ? kMiddleGrey * std::pow(v / kMiddleGrey, contrast_) : v;
-  }
-
-  int channels_;
-  Rgb background_;
-  int channels_out_;
-  float gain_;
-  std::optional<WhiteBalance> white_balance_;
-  float contrast_;
-  ToneMap tone_map_;
-  bool is_before_;
-};
 
 // Returns whether a channel is colour, for which half precision suffices; not so for variances,
 // depths and counts.
@@ -250,44 +161,19 @@ Rgb linear(Rgb encoded) {
   return {linear_from_srgb(encoded.r), linear_from_srgb(encoded.g), linear_from_srgb(encoded.b)};
 }
 
-bool drops_alpha(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options) {
-  return image.channels() == 4 && (!format.has_alpha || options.background);
-}
-
 /// AV1's scale of quality differs: so much lower, its images differ from the original about as
 /// little as those of WebP (FLIP). Measured: guide, API, "Take the image".
 constexpr int kAvifLess = 7;
 
-/// Keeps the beginning of a file on its way to a sink.
-class PngHead {
- public:
-  explicit PngHead(const ImageSink& sink) : sink_(sink) {}
-  Status write(std::uint64_t offset, std::span<const std::byte> piece) {
-    for (std::size_t i = 0; i < piece.size() && offset + i < bytes_.size(); ++i) {
-      bytes_[offset + i] = std::to_integer<char>(piece[i]);
-    }
-    return sink_(offset, piece);
+Status write_avif(const ImageRows& image, const ImageFormat& format, const EncodeOptions& options,
+                  const ImageSink& sink) {
+  const DisplayRow display(image, format, options);
+  OIIO::ImageSpec spec(image.width, image.height, display.channels(), OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  if (options.is_color && options.tone_map != ToneMap::kLinear) {
+    spec.attribute("oiio:ColorSpace", "sRGB");
   }
-  /// OpenImageIO states the intent of proofs, absolute colorimetric; images are meant perceptually.
-  /// Source: PNG, 3rd edition, 11.3.2.5: a chunk of one byte, then CRC-32 of type and byte.
-  Status set_intent_to_perceptual() const {
-    constexpr std::string_view kBefore("\0\0\0\1sRGB", 8);
-    constexpr std::string_view kPerceptual("\0\xAE\xCE\x1C\xE9", 5);
-    const std::size_t at = bytes_.find(kBefore);
-    return at == std::string::npos
-               ? ok_status()
-               : sink_(at + kBefore.size(), std::as_bytes(std::span(kPerceptual)));
-  }
-
- private:
-  const ImageSink& sink_;
-  /// Room for the signature, IHDR, gAMA, cHRM and sRGB, which take 106 bytes.
-  std::string bytes_ = std::string(128, '\0');
-};
-
-/// fill(y, to): writes row y.
-template <typename Fill>
-Status write_avif(const OIIO::ImageSpec& spec, const ImageSink& sink, const Fill& fill) {
+  spec.attribute("Compression", "avif:" + std::to_string(options.quality - kAvifLess));
   // OpenImageIO writes HEIF only by name; the attribute Compression makes it AV1.
   TemporaryFile file;
   const auto output = OIIO::ImageOutput::create("heif");
@@ -295,84 +181,16 @@ Status write_avif(const OIIO::ImageSpec& spec, const ImageSink& sink, const Fill
     return failed(!output ? "OpenImageIO: " + OIIO::geterror() : "there is no temporary file");
   }
   const bool good = output->open(file.path(), spec) &&
-                    write_part<std::uint8_t>(*output, spec, OIIO::TypeDesc::UINT8, fill) &&
+                    write_part<std::uint8_t>(*output, spec, OIIO::TypeDesc::UINT8,
+                                             [&](int y, std::uint8_t* to) {
+                                               display.write(image.row(y), image.width, to);
+                                             }) &&
                     output->close();
   if (!good) {
     return failed("OpenImageIO: " + output->geterror());
   }
   const Status mended = file.mend_exif();
   return mended ? file.give(sink) : mended;
-}
-
-/// spec: of 3 or 4 channels. fill(y, to): writes row y. OpenImageIO would take libwebp's slowest
-/// method, which takes seconds for noise in alpha and saves 2%.
-template <typename Fill>
-Status write_webp(const OIIO::ImageSpec& spec, int quality, const ImageSink& sink,
-                  const Fill& fill) {
-  const std::size_t stride = spec.scanline_bytes();
-  std::vector<std::uint8_t> pixels(stride * static_cast<std::size_t>(spec.height));
-  for (int y = 0; y < spec.height; ++y) {
-    fill(y, &pixels[stride * static_cast<std::size_t>(y)]);
-  }
-  const auto encode = spec.nchannels == 4 ? &WebPEncodeRGBA : &WebPEncodeRGB;
-  std::uint8_t* made = nullptr;
-  const std::size_t size = encode(pixels.data(), spec.width, spec.height, static_cast<int>(stride),
-                                  static_cast<float>(quality), &made);
-  const std::unique_ptr<std::uint8_t, void (*)(void*)> owner(made, &WebPFree);
-  if (size == 0) {
-    return failed("libwebp could not encode the image");
-  }
-  return sink(0, std::as_bytes(std::span(made, size)));
-}
-
-Status write_display(const ImageRows& image, const ImageFormat& format,
-                     const EncodeOptions& options, const ImageSink& sink) {
-  const bool webp = format.extension == "webp";
-  if (webp && (image.width > kWebpSideMax || image.height > kWebpSideMax)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "a WebP image has at most " + std::to_string(kWebpSideMax) + " pixels per side",
-                 ""};
-  }
-  const bool avif = format.extension == "avif";
-  const bool needs_color = (webp || avif) && image.channels() == 1;
-  const int channels = drops_alpha(image, format, options) || needs_color ? 3 : image.channels();
-  const OIIO::TypeDesc type = options.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
-  OIIO::ImageSpec spec(image.width, image.height, channels, type);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  if (options.is_color && options.tone_map != ToneMap::kLinear) {
-    spec.attribute("oiio:ColorSpace", "sRGB");
-  }
-  if (format.extension == "png") {
-    spec.attribute("png:compressionLevel", 1);
-    add_metadata(spec, options);
-  } else {
-    const std::string_view name = format.extension == "jpg" ? "jpeg" : format.extension;
-    const int quality = avif ? options.quality - kAvifLess : options.quality;
-    spec.attribute("Compression", std::string(name) + ":" + std::to_string(quality));
-  }
-  const DisplayRow display(image.channels(), channels, options);
-  const auto fill = [&](int y, auto* to) {
-    const float* in = image.row(y);
-    for (int x = 0; x < image.width; ++x) {
-      to = display.write(in, to);
-      in += image.channels();
-    }
-  };
-  if (avif) {
-    return write_avif(spec, sink, fill);
-  }
-  if (webp) {
-    return write_webp(spec, options.quality, sink, fill);
-  }
-  PngHead head(sink);
-  const ImageSink through_head = [&head](std::uint64_t offset, std::span<const std::byte> piece) {
-    return head.write(offset, piece);
-  };
-  const Status written =
-      options.bits == 16
-          ? write_rows<std::uint16_t>(format.extension, spec, type, through_head, fill)
-          : write_rows<std::uint8_t>(format.extension, spec, type, through_head, fill);
-  return written && format.extension == "png" ? head.set_intent_to_perceptual() : written;
 }
 
 /// Channels of an image that are written together in a linear format.
@@ -553,7 +371,7 @@ Status encode(const ImageRows& image, const ImageFormat& format, const EncodeOpt
       return write_exr_parts(image, options, sink);
     }
     return format.high_dynamic_range ? write_linear(image, format, options, sink)
-                                     : write_display(image, format, options, sink);
+                                     : write_avif(image, format, options, sink);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& problem) {

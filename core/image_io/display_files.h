@@ -1,5 +1,4 @@
-/// PNG, JPEG and WebP files, each by its own library: OpenImageIO, whose libraries take 0.2 s to
-/// load, is left to other formats.
+/// PNG, JPEG and WebP files, each by its own library, which needs no module (image_codec.h).
 #pragma once
 
 #include "core/image_io/image_codec.h"

@@ -1,6 +1,6 @@
 /// ImageCodec: the interface of the module libtessera-images.so. Only the module links OpenImageIO,
-/// whose 260 libraries take 0.3 s to load, so it is loaded when the first image is read, or written in a format that
-/// display_files.h does not write.
+/// whose 260 libraries take 0.2 s to load, so it is loaded when the first image is read, or is
+/// written in a format that display_files.h does not write.
 #pragma once
 
 #include <cstddef>

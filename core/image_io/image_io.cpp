@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 #include "core/base/invalid.h"
@@ -11,6 +12,7 @@
 #include "core/image_io/image_codec.h"
 #include "core/image_io/image_size.h"
 #include "core/image_io/ktx2.h"
+#include "core/image_io/png_jpeg.h"
 #include "core/image_io/webp.h"
 
 namespace core {
@@ -35,7 +37,7 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
     if (auto fits = check_image_size(size->width, size->height, 1, limits); !fits) {
       return fits.error();
     }
-  } else if (kind != "hdr" && kind != "tif") {
+  } else if (kind != "hdr" && kind != "tif" && kind != "ktx2") {
     return invalid("the " + std::string(kind) + " header is cut or malformed");
   }
   const auto header = kind == "exr" ? exr_header(file) : std::nullopt;
@@ -59,19 +61,31 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   return kind;
 }
 
-/// Calls a function of the codec, or that for WebP or HDR.
-template <typename Function, typename Own>
+using Reader = Result<Image> (*)(std::span<const std::byte> file, const ImageLimits& limits);
+/// Readers of formats that need no module: header and pixels.
+struct OwnFormat {
+  std::string_view kind;
+  Reader header;
+  Reader pixels;
+};
+constexpr OwnFormat kOwnFormats[] = {{"hdr", &read_hdr_header, &decode_hdr},
+                                     {"jpg", &read_jpeg_header, &decode_jpeg},
+                                     {"ktx2", &read_ktx2_header, &decode_ktx2},
+                                     {"png", &read_png_header, &decode_png},
+                                     {"webp", &read_webp_header, &decode_webp}};
+
+/// Calls a function of the format, or of the codec.
+template <typename Function>
 Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
-                   Function ImageCodec::*function, Own webp, Own hdr) {
+                   Reader OwnFormat::*own, Function ImageCodec::*function) {
   const auto kind = check_file(file, limits);
   if (!kind) {
     return kind.error();
   }
-  if (*kind == "webp") {
-    return webp(file, limits);
-  }
-  if (*kind == "hdr") {
-    return hdr(file, limits);
+  const auto* const format = std::find_if(std::begin(kOwnFormats), std::end(kOwnFormats),
+                                          [&](const OwnFormat& f) { return f.kind == *kind; });
+  if (format != std::end(kOwnFormats) && !(*kind == "jpg" && has_inks(file))) {
+    return (format->*own)(file, limits);
   }
   const auto codec = image_codec();
   if (!codec) {
@@ -114,9 +128,7 @@ Result<Content> encode(const ImageRows& image, const ImageFormat& format,
 }  // namespace
 
 Result<Image> read_image_header(std::span<const std::byte> file) {
-  return image_kind(file) == "ktx2"
-             ? read_ktx2_header(file, {})
-             : read(file, {}, &ImageCodec::read_header, &read_webp_header, &read_hdr_header);
+  return read(file, {}, &OwnFormat::header, &ImageCodec::read_header);
 }
 
 Status check_image_file(std::span<const std::byte> file) {
@@ -139,9 +151,7 @@ Status check_image_file(std::span<const std::byte> file) {
 }
 
 Result<Image> decode_image(std::span<const std::byte> file, const ImageLimits& limits) {
-  return image_kind(file) == "ktx2"
-             ? decode_ktx2(file, limits)
-             : read(file, limits, &ImageCodec::decode, &decode_webp, &decode_hdr);
+  return read(file, limits, &OwnFormat::pixels, &ImageCodec::decode);
 }
 
 Result<std::vector<std::byte>> encode_image(const FloatImage& image, const ImageFormat& format,

@@ -79,6 +79,19 @@ std::string png_chunk(const Bytes& file, std::string_view type) {
   return {};
 }
 
+std::string big_endian(std::uint32_t v) {
+  return {static_cast<char>(v >> 24U), static_cast<char>(v >> 16U), static_cast<char>(v >> 8U),
+          static_cast<char>(v)};
+}
+
+/// A chunk with its size and checksum.
+std::string png_chunk_of(const std::string& type, const std::string& content) {
+  const std::string text = type + content;
+  const auto crc = crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size());
+  return big_endian(static_cast<std::uint32_t>(content.size())) + text +
+         big_endian(static_cast<std::uint32_t>(crc));
+}
+
 TEST(Png, ItsRenderingIntentIsPerceptual) {
   // PNG, 3rd edition, 11.3.2.5: perceptual is 0.
   for (const int size : {1, 300}) {
@@ -265,6 +278,69 @@ TEST(ImageRead, RefusesAnExrAttributeTooShortForItsType) {
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   file[text.find("displayWindow") + sizeof("displayWindow") + sizeof("box2i")] = std::byte{2};
   EXPECT_FALSE(core::decode_image(file, {}).has_value());
+}
+
+/// A PNG made by hand: rows with their filter bytes, and chunks before them. Source: PNG, 3rd
+/// edition, 5.3 and 11.2.
+Bytes png_of(std::uint32_t width, std::uint32_t height, int bits, int color_type,
+             const std::string& rows, const std::string& chunks = {}) {
+  uLongf size = compressBound(static_cast<uLong>(rows.size()));
+  std::string packed(size, '\0');
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+           reinterpret_cast<const Bytef*>(rows.data()), static_cast<uLong>(rows.size()));
+  packed.resize(size);
+  const std::string file =
+      std::string("\x89PNG\r\n\x1a\n", 8) +
+      png_chunk_of("IHDR", big_endian(width) + big_endian(height) + static_cast<char>(bits) +
+                               static_cast<char>(color_type) + std::string(3, '\0')) +
+      chunks + png_chunk_of("IDAT", packed) + png_chunk_of("IEND", "");
+  const auto bytes = std::as_bytes(std::span(file));
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string text_of(const core::Image& image) {
+  return {reinterpret_cast<const char*>(image.bytes.data()), image.bytes.size()};
+}
+
+TEST(ImageRead, PngPalettesBecomeColours) {
+  // Four pixels of two bits: entries 2, 1, 0, 1; the first two entries have alpha.
+  const std::string palette = png_chunk_of("PLTE", std::string("\1\2\3\4\5\6\7\10\11", 9));
+  const std::string row("\0\x91", 2);
+  core::Image image = decoded(png_of(4, 1, 2, 3, row, palette));
+  EXPECT_EQ(image.channels, 3);
+  EXPECT_EQ(text_of(image), std::string("\7\10\11\4\5\6\1\2\3\4\5\6", 12));
+  image =
+      decoded(png_of(4, 1, 2, 3, row, palette + png_chunk_of("tRNS", std::string("\0\x40", 2))));
+  EXPECT_EQ(image.channels, 4);
+  EXPECT_EQ(text_of(image), std::string("\7\10\11\xff\4\5\6\x40\1\2\3\0\4\5\6\x40", 16));
+}
+
+TEST(ImageRead, PngKeepsGreyAndSixteenBits) {
+  core::Image image = decoded(png_of(3, 1, 1, 0, std::string("\0\xa0", 2)));
+  EXPECT_EQ(image.channels, 1);
+  EXPECT_EQ(text_of(image), std::string("\xff\0\xff", 3));
+  image = decoded(png_of(1, 2, 8, 4, std::string("\0\x11\x22\0\x33\x44", 6)));
+  EXPECT_EQ(image.channels, 2);
+  EXPECT_EQ(text_of(image), "\x11\x22\x33\x44");
+  image = decoded(png_of(1, 1, 16, 0, std::string("\0\x12\x34", 3)));
+  EXPECT_EQ(image.type, core::PixelType::kU16);
+  std::uint16_t value = 0;
+  std::memcpy(&value, image.bytes.data(), sizeof(value));
+  EXPECT_EQ(value, 0x1234);
+  // One colour is transparent.
+  image = decoded(png_of(2, 1, 8, 2, std::string("\0\1\2\3\4\5\6", 7),
+                         png_chunk_of("tRNS", std::string("\0\4\0\5\0\6", 6))));
+  EXPECT_EQ(text_of(image), std::string("\1\2\3\xff\4\5\6\0", 8));
+}
+
+TEST(ImageRead, SaysWhatIsWrongWithAPng) {
+  Bytes file = png_of(8, 8, 8, 2, std::string(8 * 25, '\0'));
+  file[file.size() - 20] ^= std::byte{1};  // the data's checksum
+  const auto image = core::decode_image(file, {});
+  ASSERT_FALSE(image.has_value());
+  EXPECT_EQ(image.error().message.substr(0, 5), "png: ");
+  EXPECT_FALSE(core::decode_image(png_of(8, 8, 8, 2, std::string(8 * 24, '\0')), {}).has_value())
+      << "a row is short";
 }
 
 TEST(ImageRead, PngKeepsColorWithAlpha) {

@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "core/bsdf/fresnel.h"
+#include "core/math/lane_math.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -16,25 +17,48 @@ float f0_of(float n_transmitted, float n_incident) {
 
 float schlick(float f0, float cos_i) { return f0 + (1 - f0) * schlick_weight(cos_i); }
 
-/// Returns the Fourier-transformed colour matching functions at an optical path difference; XYZ to
-/// linear Rec.709.
-Rgb sensitivity(float path_nm, Rgb shift) {
-  const float phase = kTwoPi * path_nm * 1e-9F;
-  const auto gauss = [phase](float value, float position, float variance, float s) {
-    return value * std::sqrt(kTwoPi * variance) * std::cos(position * phase + s) *
-           std::exp(-variance * phase * phase);
-  };
-  const float x = gauss(5.4856e-13F, 1.6810e+06F, 4.3278e+09F, shift.r) +
-                  9.7470e-14F * std::sqrt(kTwoPi * 4.5282e+09F) *
-                      std::cos(2.2399e+06F * phase + shift.r) *
-                      std::exp(-4.5282e+09F * phase * phase);
-  const float y = gauss(4.4201e-13F, 1.7953e+06F, 9.3046e+09F, shift.g);
-  const float z = gauss(5.2481e-13F, 2.2084e+06F, 6.6121e+09F, shift.b);
-  const float k = 1 / 1.0685e-7F;
-  return {(3.2404542F * x - 1.5371385F * y - 0.4985314F * z) * k,
-          (-0.9692660F * x + 1.8760108F * y + 0.0415560F * z) * k,
-          (0.0556434F * x - 0.2040259F * y + 1.0572252F * z) * k};
-}
+/// The Fourier-transformed colour matching functions of the first two orders of reflection at once:
+/// per order two Gaussians of X, and those of Y and Z.
+class Orders {
+ public:
+  /// path_nm, shift: optical path difference and phase of the first order; that of the m-th has m
+  /// times as much.
+  Orders(float path_nm, Rgb shift) {
+    const Floats<8> order = load<8>(kOrder);
+    const Floats<8> phase = Floats<8>(kTwoPi * path_nm * 1e-9F) * order;
+    const float shifts[8] = {shift.r, shift.r, shift.g, shift.b,
+                             shift.r, shift.r, shift.g, shift.b};
+    const Floats<8> angle = load<8>(kPosition) * phase + load<8>(shifts) * order;
+    Floats<8> sine;
+    Floats<8> cosine;
+    sincos(angle - Floats<8>(kTwoPi) * to_floats(floor_of(angle * Floats<8>(1 / kTwoPi))), sine,
+           cosine);
+    store(values_, load<8>(kHeight) * cosine * exp(load<8>(kVariance) * phase * (-phase)));
+  }
+  /// Linear Rec.709 of order 1 or 2.
+  Rgb rgb(int order) const noexcept {
+    const float* const of = values_ + 4 * (order - 1);
+    const float x = of[0] + of[1];
+    const float y = of[2];
+    const float z = of[3];
+    const float k = 1 / 1.0685e-7F;
+    return {(3.2404542F * x - 1.5371385F * y - 0.4985314F * z) * k,
+            (-0.9692660F * x + 1.8760108F * y + 0.0415560F * z) * k,
+            (0.0556434F * x - 0.2040259F * y + 1.0572252F * z) * k};
+  }
+
+ private:
+  static constexpr float kOrder[8] = {1, 1, 1, 1, 2, 2, 2, 2};
+  static constexpr float kPosition[8] = {1.6810e+06F, 2.2399e+06F, 1.7953e+06F, 2.2084e+06F,
+                                         1.6810e+06F, 2.2399e+06F, 1.7953e+06F, 2.2084e+06F};
+  static constexpr float kVariance[8] = {4.3278e+09F, 4.5282e+09F, 9.3046e+09F, 6.6121e+09F,
+                                         4.3278e+09F, 4.5282e+09F, 9.3046e+09F, 6.6121e+09F};
+  /// 5.4856e-13, 9.7470e-14, 4.4201e-13 and 5.2481e-13, times the root of 2 pi times the variance.
+  static constexpr float kHeight[8] = {9.04581417e-08F, 1.64408286e-08F, 1.06873709e-07F,
+                                       1.06969938e-07F, 9.04581417e-08F, 1.64408286e-08F,
+                                       1.06873709e-07F, 1.06969938e-07F};
+  float values_[8];
+};
 
 /// Returns the sum of a^m cos(m phase) over m >= 1.
 float all_orders(float a, float phase) {
@@ -83,10 +107,10 @@ Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb b
     };
     return {clamp01(at(0)), clamp01(at(1)), clamp01(at(2))};
   }
+  const Orders orders(path_nm, phi);
   for (int m = 1; m <= 2; ++m) {
-    const auto order = static_cast<float>(m);
     c *= root;
-    sum += c * sensitivity(order * path_nm, phi * order) * 2.0F;
+    sum += c * orders.rgb(m) * 2.0F;
   }
   return {clamp01(sum.r), clamp01(sum.g), clamp01(sum.b)};
 }

@@ -177,8 +177,13 @@ Status write_avif(const ImageRows& image, const ImageFormat& format, const Encod
   // OpenImageIO writes HEIF only by name; the attribute Compression makes it AV1.
   TemporaryFile file;
   const auto output = OIIO::ImageOutput::create("heif");
-  if (!file.is_open() || !output) {
-    return failed(!output ? "OpenImageIO: " + OIIO::geterror() : "there is no temporary file");
+  if (!output) {  // It says nothing where its writer of HEIF cannot be made.
+    return failed(
+        "OpenImageIO cannot write AVIF: its writer needs an encoder of HEVC, such as Debian's "
+        "libheif-plugin-x265");
+  }
+  if (!file.is_open()) {
+    return failed("there is no temporary file");
   }
   const bool good = output->open(file.path(), spec) &&
                     write_part<std::uint8_t>(*output, spec, OIIO::TypeDesc::UINT8,

@@ -1,6 +1,5 @@
 // The irradiance meter of a job: "meter": {"points": [...], "plane": {...}}.
 
-#include <cmath>
 #include <tuple>
 
 #include "api/job/job_rows.h"

@@ -1,7 +1,6 @@
 // Members of "camera" for calibrated cameras: shift, pose and distortion.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <span>
 #include <tuple>

@@ -1,6 +1,5 @@
 // Surroundings of a model: environment, background, ground.
 
-#include <array>
 #include <cmath>
 #include <string>
 #include <tuple>

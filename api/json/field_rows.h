@@ -10,7 +10,6 @@
 /// nullable.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -3,7 +3,6 @@
 /// differ. A member is always present unless its row has `applies`.
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>

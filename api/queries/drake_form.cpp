@@ -1,6 +1,5 @@
 #include "api/queries/drake_form.h"
 
-#include <algorithm>
 #include <tuple>
 #include <utility>
 #include <vector>

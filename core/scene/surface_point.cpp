@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 
 #include "core/geometry/triangle_math.h"
 #include "core/materials/alpha_map.h"

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <functional>
 #include <map>
-#include <string>
 #include <string_view>
 
 #include "api/answers/server_view.h"

@@ -1,7 +1,6 @@
 #include "server/store/session_store.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "server/store/key_table.h"
 

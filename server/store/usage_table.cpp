@@ -1,7 +1,5 @@
 #include "server/store/usage_table.h"
 
-#include <utility>
-
 namespace server {
 namespace {
 

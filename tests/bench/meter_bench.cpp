@@ -3,10 +3,8 @@
 // long measurements. `unseen`: readings marked because light that no path has found may be more
 // than a quarter; the others are marked by their randomisations. Prints, never asserts.
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 // TESSERA_ASSETS names another one.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include <gtest/gtest.h>

@@ -9,7 +9,6 @@ namespace {
 
 using core::ControlVariateType;
 using core::Rgb;
-using core::Vec3;
 using core::View;
 using test_support::Moments;
 using test_support::Picture;

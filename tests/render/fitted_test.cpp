@@ -4,7 +4,6 @@
 // irradiance_test.cpp, which cover all options, compare whole images with plain path tracing and
 // with closed forms.
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "core/integrators/integrator.h"
@@ -22,7 +21,6 @@ using core::PathSample;
 using core::ReplicateFit;
 using core::Rgb;
 using core::SamplerType;
-using core::Vec3;
 using core::View;
 using test_support::Moments;
 using test_support::Picture;

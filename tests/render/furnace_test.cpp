@@ -7,7 +7,6 @@
 namespace {
 
 using core::Rgb;
-using core::Vec3;
 using test_support::expect_truth;
 
 core::View inside_sphere(const core::MaterialDescription& material, int stacks = 8) {

@@ -1,7 +1,6 @@
 // Transmission and volume in glTF: transmitted fractions and absorbed colours. The false alarm rate
 // of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -15,7 +14,6 @@ using core::Rgb;
 using core::Vec3;
 using test_support::Picture;
 using test_support::pixel;
-using test_support::Shot;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSigmas = 4.5;

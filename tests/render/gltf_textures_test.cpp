@@ -13,7 +13,6 @@ using core::Rgb;
 using core::TextureWrap;
 using test_support::Picture;
 using test_support::pixel;
-using test_support::Shot;
 
 core::MaterialDescription unlit() {
   core::MaterialDescription m;

@@ -2,9 +2,7 @@
 // model on the real ground.
 #include "core/scene/ground.h"
 
-#include <array>
 #include <cmath>
-#include <span>
 
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/statistical.h"

@@ -1,6 +1,5 @@
 // Irradiance caching: closed forms, and agreement with path tracing within the allowed error.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>

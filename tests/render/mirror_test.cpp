@@ -15,7 +15,6 @@ namespace {
 
 using core::Rgb;
 using core::Transform;
-using core::Vec3;
 using test_support::Blocks;
 using test_support::kBlocksAcross;
 

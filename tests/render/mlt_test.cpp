@@ -1,7 +1,6 @@
 // Metropolis light transport beyond its agreement with path tracing (agreement_test.cpp): closed
 // forms, and films that are independent of the scheduling of chains.
 #include <cmath>
-#include <memory>
 
 #include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"

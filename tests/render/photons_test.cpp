@@ -18,7 +18,6 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
-using test_support::expect_truth;
 using test_support::Picture;
 
 constexpr float kAlbedo = 0.7F;

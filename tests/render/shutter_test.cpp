@@ -17,9 +17,6 @@
 
 namespace {
 
-using core::Rgb;
-using core::Vec3;
-
 constexpr int kF32 = 5126;
 constexpr int kSize = 16;  ///< pixels per side; 8 per metre
 /// the standard deviation of a fraction p is at most 1/2 / sqrt(1024)

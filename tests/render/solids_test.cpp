@@ -1,6 +1,5 @@
 // Solids: the medium that a path starts in, shared space, surfaces with holes. Closed forms: Beer's
 // law, Fresnel at normal incidence.
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>

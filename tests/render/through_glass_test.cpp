@@ -13,7 +13,6 @@ namespace {
 
 using core::BackgroundType;
 using core::Rgb;
-using core::Vec3;
 using test_support::lambert;
 using test_support::Picture;
 using test_support::quad;

@@ -2,7 +2,6 @@
 // long references, with planted faults.
 #include "core/error/compared_error.h"
 
-#include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>

@@ -1,7 +1,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <list>
 #include <memory_resource>
 #include <optional>
 

@@ -1,7 +1,6 @@
 #include "core/render/task/reference_images.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "core/error/compared_error.h"

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <span>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <malloc.h>

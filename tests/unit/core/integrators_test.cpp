@@ -1,7 +1,5 @@
 // The rows of the integrator registry, each rendered at a small size.
 #include <cmath>
-#include <memory>
-#include <string>
 
 #include <gtest/gtest.h>
 

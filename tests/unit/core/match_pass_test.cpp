@@ -12,7 +12,6 @@ namespace {
 
 using core::FrameMatch;
 using core::Vec2;
-using core::Vec3;
 using test_support::quad;
 
 constexpr int kSide = 60;

@@ -2,8 +2,6 @@
 // independent of scheduling.
 #include "core/film/replicate_fit.h"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 
 #include "core/integrators/registry.h"

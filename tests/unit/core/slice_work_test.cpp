@@ -2,7 +2,6 @@
 // renderer made are refused.
 #include "core/render/units/slice_work.h"
 
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>

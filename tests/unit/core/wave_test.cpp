@@ -2,11 +2,9 @@
 // use the same random numbers, so results differ only by rounding.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 

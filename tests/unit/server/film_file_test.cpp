@@ -1,6 +1,5 @@
 #include "server/store/film_file.h"
 
-#include <cmath>
 #include <csignal>
 #include <cstring>
 

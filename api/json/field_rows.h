@@ -270,46 +270,6 @@ struct ChoiceRow : RowBase<Get> {
   }
 };
 
-/// A member whose only value in this build is its default.
-struct FixedRow {
-  std::string_view key;
-  std::string_view value_text;  ///< JSON
-  std::string_view doc;
-
-  constexpr std::string_view name() const { return key; }
-  static constexpr bool required() { return false; }
-  Json fixed() const { return Json::parse(value_text); }
-  template <typename S>
-  void read(const Json& value, S& /*out*/, const std::string& pointer, Faults& faults) const {
-    const Json only = fixed();
-    if (value != only) {
-      const std::string name_text = only.is_string() ? only.get<std::string>() : dump(only);
-      faults.add(pointer, not_available(value, std::vector<std::string_view>{name_text}));
-    }
-  }
-  template <typename S>
-  void print(const S& /*s*/, Json& object) const {
-    object[std::string(key)] = fixed();
-  }
-  template <typename S>
-  void schema(const S& /*defaults*/, Json& properties) const {
-    // Gives the type that the member has in other builds: generators of clients omit a member with
-    // a single value.
-    const Json only = fixed();
-    const std::string_view type = only.is_null()      ? "object"
-                                  : only.is_boolean() ? "boolean"
-                                                      : "string";
-    Json made = basic_schema(
-        type, std::string(doc) + " Only " + shown(only) + " is available in this build.",
-        only.is_null());
-    if (only.is_string()) {
-      made["enum"] = {only};
-    }
-    made["default"] = only;
-    properties[std::string(key)] = std::move(made);
-  }
-};
-
 /// A row with its own functions.
 template <typename S>
 struct CustomRow {

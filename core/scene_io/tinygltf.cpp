@@ -1,6 +1,7 @@
 // The implementation part of tinygltf's header.
 
 // clang-format off: the header needs <fstream> before it, and forgets it without stb_image.
+#include <fstream>
 // clang-format on
 
 #define TINYGLTF_IMPLEMENTATION

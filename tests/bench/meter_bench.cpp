@@ -20,13 +20,6 @@ namespace {
 
 constexpr int kReferencePaths = 16384;  ///< a randomisation
 
-class NullSink final : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
 struct Probe {
   const char* name;
   core::Vec3 at;
@@ -73,14 +66,7 @@ std::vector<Scene> scenes() {
 std::vector<core::MeterReading> measured(core::View view, int paths, std::uint64_t seed,
                                          int threads) {
   view.settings.seed = seed;
-  const auto renderer = test_support::settled_renderer(view);
-  CHECK(renderer);
-  const auto film = core::make_film(view.settings);
-  NullSink sink;
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = paths;
-  core::RenderTask task(*renderer, film, options, sink);
-  core::run_to_end(task, threads);
+  const auto film = test_support::render(view, paths, threads).film;
   return core::meter_readings(core::meter_points(view.settings.meter), film->meter(),
                               core::unsampled_path_light(view));
 }

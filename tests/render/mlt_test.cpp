@@ -7,6 +7,7 @@
 #include "core/render/task/settle.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -55,37 +56,19 @@ TEST(Metropolis, CropEqualsTheCropOfTheFullImage) {
   EXPECT_GT(light, 0);
 }
 
-class NoSink final : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
-
 TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = caustic_view();
   const std::string calm = test_support::render(view, 4, 1).film->digest();
   EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm);
-  const auto renderer = test_support::settled_renderer(view);
-  ASSERT_TRUE(renderer);
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = 4;
-  options.slice_target_seconds = 1e-4;
+  const auto renderer = test_support::renderer_of(view);
+  const core::TaskOptions options = test_support::samples(4, 1e-4);
   for (int taken = 3; taken < 30; taken += 9) {
     const auto film = core::make_film(view.settings);
-    NoSink sink;
-    core::RenderTask task(*renderer, film, options, sink);
-    for (int i = 0; i < taken; ++i) {
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
-    const auto again = core::make_film(view.settings);
-    for (int t = 0; t < film->tile_count(); ++t) {
-      again->restore(t, film->tile(t), film->tile_revision(t));
-    }
-    again->restore_splats(film->splats());
-    core::RenderTask rest(*renderer, again, options, sink);
+    core::NullSink sink;
+    core::RenderTask task(renderer, film, options, sink);
+    test_support::run_slices(task, taken);
+    const auto again = test_support::restored(*film);
+    core::RenderTask rest(renderer, again, options, sink);
     core::run_to_end(rest, 3);
     EXPECT_EQ(again->digest(), calm) << taken;
   }

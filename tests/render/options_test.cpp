@@ -23,11 +23,7 @@ using test_support::Moments;
 using test_support::Picture;
 using test_support::Random;
 
-View box(int side) {
-  View view = test_support::view_of(test_support::build(test_support::cornell()), side, side);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
-  return view;
-}
+View box(int side) { return test_support::cornell_view(side, side, 40); }
 
 std::vector<float> values(const Picture& picture) {
   std::vector<float> out;

@@ -13,6 +13,7 @@
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
 #include "tests/support/statistics.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -414,13 +415,6 @@ TEST(PhotonMapping, CausticsHaveTheEnergyOfLightTracing) {
             0.9 * static_cast<double>(reference.mean().g));
 }
 
-class NoSink final : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
-
 TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = test_support::caustic();
   view.settings.film.width = 72;
@@ -435,28 +429,16 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
     view.settings.integrator = integrator;
     const std::string calm = test_support::render(view, 4, 1).film->digest();
     EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm) << integrator;
-    const auto renderer = test_support::settled_renderer(view);
-    ASSERT_TRUE(renderer);
-    core::TaskOptions options;
-    options.stop.samples_per_pixel = 4;
+    const auto renderer = test_support::renderer_of(view);
+    const core::TaskOptions options = test_support::samples(4);
     // Records of the cache are separate slices.
     for (int taken = 2; taken < 350; taken = taken < 60 ? taken + 7 : taken + 97) {
       const auto film = core::make_film(view.settings);
-      NoSink sink;
-      core::RenderTask task(*renderer, film, options, sink);
-      for (int i = 0; i < taken; ++i) {
-        if (const auto slice = task.take()) {
-          task.run(*slice);
-        }
-      }
-      const auto again = core::make_film(view.settings);
-      if (film->has_splats()) {
-        again->restore_splats(film->splats());
-      }
-      for (int t = 0; t < film->tile_count(); ++t) {
-        again->restore(t, film->tile(t), film->tile_revision(t));
-      }
-      core::RenderTask rest(*renderer, again, options, sink);
+      core::NullSink sink;
+      core::RenderTask task(renderer, film, options, sink);
+      test_support::run_slices(task, taken);
+      const auto again = test_support::restored(*film);
+      core::RenderTask rest(renderer, again, options, sink);
       core::run_to_end(rest, 3);
       EXPECT_EQ(again->digest(), calm) << integrator << " after " << taken;
     }

@@ -33,11 +33,7 @@ core::View view_by(core::View view, std::string_view integrator) {
   return view;
 }
 
-core::View room_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 36, 24);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
-  return view;
-}
+core::View room_view() { return test_support::cornell_view(36, 24, 24, 0.35F); }
 
 /// A scene with its expected values.
 struct Scene {

@@ -26,8 +26,7 @@ constexpr double kPixelAt90 = 1.708141 / 2.059539;
 
 /// With the emitter in view, or not.
 core::View cornell(core::SamplerType sampler, bool lamp = false) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 96, 64);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, lamp ? 0.5F : 0.35F, 0}, lamp ? 40 : 24);
+  core::View view = test_support::cornell_view(96, 64, lamp ? 40 : 24, lamp ? 0.5F : 0.35F);
   view.settings.sampler = sampler;
   view.settings.max_depth = 4;
   return view;

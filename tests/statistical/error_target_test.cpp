@@ -16,8 +16,7 @@ namespace {
 using core::Rgb;
 
 core::View room() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  core::View view = test_support::cornell_view(48, 48, 40);
   view.settings.max_depth = 4;
   return view;
 }

@@ -29,9 +29,7 @@ constexpr int kHeight = 16;
 
 /// A box in which every technique finds light: diffuse walls, an emitter outside the view.
 core::View box(std::string_view integrator) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
+  core::View view = test_support::cornell_view(kWidth, kHeight, 24, 0.35F);
   view.settings = core::default_settings(integrator);
   view.settings.film = {.width = kWidth, .height = kHeight, .crop = {}, .filter = {}, .shares = {}};
   view.settings.max_depth = integrator == "direct" ? 1 : 4;

@@ -15,16 +15,7 @@ namespace test_support {
 using core::Rgb;
 using core::Vec3;
 
-namespace {
-
-class NullSink final : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
-}  // namespace
+namespace {}  // namespace
 
 core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool inward,
                                   int material) {
@@ -170,6 +161,12 @@ void look_at(core::View& view, Vec3 from, Vec3 to, float fov_degrees) {
   view.camera.vertical_fov_degrees = fov_degrees;
 }
 
+core::View cornell_view(int width, int height, float fov_degrees, float height_m) {
+  core::View view = view_of(build(cornell()), width, height);
+  look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, height_m, 0}, fov_degrees);
+  return view;
+}
+
 Rgb Picture::mean() const {
   double sum[3] = {};
   for (std::size_t i = 0; i < snapshot.pixel_count(); ++i) {
@@ -242,7 +239,7 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   CHECK(renderer);
   Picture picture;
   picture.film = core::make_film(view.settings);
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options;
   options.stop = stop;
   core::RenderTask task(*renderer, picture.film, options, sink);

@@ -29,6 +29,10 @@ core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials
 /// ceiling.
 core::SceneDescription cornell();
 
+/// A view of it from in front, toward a point of its middle plane at that height, with box filter
+/// and no auxiliary layers.
+core::View cornell_view(int width, int height, float fov_degrees, float height_m = 0.5F);
+
 std::shared_ptr<const core::Scene> build(core::SceneDescription description);
 std::shared_ptr<const core::Environment> constant_sky(core::Rgb radiance);
 

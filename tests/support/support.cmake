@@ -1,5 +1,6 @@
 #Helpers shared by the test programs.
-set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp)
+set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp
+  tasks.cpp)
 
 # A library that replaces Open Image Denoise, in the folder where the API tests also look for it,
 # and its helper.

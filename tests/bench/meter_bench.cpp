@@ -39,10 +39,7 @@ core::View in_box(core::SceneDescription scene) {
 
 core::SceneDescription mirror_room() {
   core::SceneDescription scene = test_support::cornell();
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
-  scene.materials.push_back(mirror);
+  scene.materials.push_back(test_support::mirror());
   scene.meshes[0].primitives.push_back(test_support::sphere(
       {0.7F, 0.45F, 0.65F}, 0.14F, 24, false, static_cast<int>(scene.materials.size()) - 1));
   return scene;

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/render/asset_files.h"
 #include "tests/render/gltf_stage.h"
+#include "tests/support/asset_files.h"
 
 namespace {
 

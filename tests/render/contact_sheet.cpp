@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/image_io/image_io.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace {

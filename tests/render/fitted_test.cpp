@@ -95,10 +95,7 @@ View zoo() {
   pane.alpha_mode = core::AlphaMode::kBlend;
   pane.base_alpha = 0.5F;
   pane.double_sided = true;
-  core::MaterialDescription clear;
-  clear.metallic = 0;
-  clear.roughness = 0;
-  clear.transmission = 1;
+  core::MaterialDescription clear = test_support::glass(1.5F, 0);
   clear.double_sided = true;
   core::SceneDescription scene =
       test_support::scene_of({plastic, glass, lamp, pane, clear},

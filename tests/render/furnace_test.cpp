@@ -178,16 +178,10 @@ TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
 
 // Truth 9: radiance in glass is n^2 that of air.
 TEST(GlassSphere, RadianceOfTheSkyInGlassIsNSquaredTimesThatInAir) {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  glass.ior = 1.5F;
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {glass}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::build(test_support::scene_of(
+          {test_support::glass()}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})),
+      24, 24);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 60);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 256;

@@ -17,21 +17,12 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
+using test_support::glass;
 using test_support::Picture;
 using test_support::pixel;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSigmas = 4.5;
-
-core::MaterialDescription glass(float ior, float thickness) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.ior = ior;
-  m.thickness = thickness;
-  return m;
-}
 
 double fresnel(double cos_i, double eta) {
   const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));

@@ -12,21 +12,12 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
+using test_support::glass;
 using test_support::Picture;
 using test_support::pixel;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSigmas = 4.5;
-
-core::MaterialDescription glass(float ior, float thickness) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.ior = ior;
-  m.thickness = thickness;
-  return m;
-}
 
 void expect_mean(const Picture& picture, const double (&expected)[3], const char* what) {
   for (int c = 0; c < 3; ++c) {

@@ -38,12 +38,9 @@ core::CameraDescription front_camera(float half_m) {
 }
 
 core::PunctualLightDescription sun(Vec3 wi, Rgb lux) {
-  core::PunctualLightDescription light;
-  light.name = "sun";
-  light.type = core::PunctualType::kDirectional;
-  light.intensity = lux;
   const core::Frame frame = core::frame_from_normal(wi);
-  light.to_world = {frame.s, frame.t, frame.n, {0, 0, 0}};
+  core::PunctualLightDescription light = directional({frame.s, frame.t, frame.n, {0, 0, 0}}, lux);
+  light.name = "sun";
   return light;
 }
 

@@ -253,15 +253,12 @@ TEST(GltfUnlit, MirrorsReflectItAndItLightsDiffuseSurfacesByEveryStrategy) {
   core::MaterialDescription wall;
   wall.unlit = true;
   wall.base_color = {0.2F, 0.4F, 0.6F};
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   // The wall is a unit square 1 m in front of the patch; the camera is between them.
   for (const bool shiny : {true, false}) {
     for (const core::Strategy strategy :
          {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
       core::SceneDescription scene = test_support::scene_of(
-          {shiny ? mirror : test_support::lambert({1, 1, 1}), wall},
+          {shiny ? test_support::mirror() : test_support::lambert({1, 1, 1}), wall},
           {test_support::patch(), test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 1)});
       scene.cameras.push_back(test_support::front_camera(0.01F));
       scene.cameras[0].to_world.t.z = 0.5F;

@@ -8,9 +8,9 @@
 #include "core/denoise/statistical.h"
 #include "core/integrators/path/catcher.h"
 #include "core/scene/drawn.h"
-#include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"
 #include "tests/render/truth.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/statistics.h"
 
 namespace {

@@ -61,13 +61,8 @@ core::View sunlit_wall() {
       test_support::scene_of({test_support::lambert(Rgb(static_cast<float>(kAlbedo)))},
                              {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
                               test_support::quad({-1, 0, 1}, {0, 0, -2}, {0, 1, 0}, 0)});
-  core::PunctualLightDescription sun;
-  sun.type = core::PunctualType::kDirectional;
-  sun.intensity = Rgb(1);
-  sun.to_world.x = {0, 0, -1};  // emits along -z of its own frame, here -x
-  sun.to_world.y = {0, 1, 0};
-  sun.to_world.z = {1, 0, 0};
-  scene.lights.push_back(sun);
+  // along -x
+  scene.lights.push_back(test_support::directional({{0, 0, -1}, {0, 1, 0}, {1, 0, 0}, {}}));
   core::View view = test_support::view_of(test_support::build(std::move(scene)), kColumns, kRows);
   const float half = 0.75F * kRows / kColumns;  // 1.5 m of the floor, from x = -0.75
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},

@@ -10,21 +10,9 @@ using core::Rgb;
 using core::Strategy;
 using core::Vec3;
 using test_support::expect_truth;
+using test_support::glass;
 
 constexpr double kPi = std::numbers::pi;
-
-core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  // faces down
-  core::PrimitiveDescription p;
-  p.material = material;
-  constexpr std::uint32_t kSides = 512;
-  p.positions.push_back(center);
-  for (std::uint32_t i = 0; i < kSides; ++i) {
-    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
-    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
-    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
-  }
-  return p;
-}
 
 /// A white floor at y = 0 seen only at the origin, under `light`.
 core::View meter(std::vector<core::PrimitiveDescription> light) {
@@ -48,7 +36,7 @@ TEST(Irradiance, SquareDiskAndSphereMatchTheClosedForm) {
   };
   const Light lights[] = {
       {"square", {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1)}, 0.7522747},
-      {"disk", {disk({0, 1, 0}, 0.5F, 1)}, kPi / 5},
+      {"disk", {test_support::disk({0, 1, 0}, 0.5F, 1)}, kPi / 5},
       {"sphere", {test_support::sphere({0, 1, 0}, 0.5F, 100, false, 1)}, kPi / 4},
   };
   core::View views[] = {meter(lights[0].parts), meter(lights[1].parts), meter(lights[2].parts)};
@@ -209,11 +197,7 @@ TEST(Punctual, PointSpotAndSunOnLambertMatchTheClosedForm) {
 /// A point light of range 2.5 m, 2 m above a unit square and 0.5 m above a pane with null
 /// scattering; seen from above, below the pane.
 core::View under_a_pane() {
-  core::MaterialDescription clear;
-  clear.metallic = 0;
-  clear.roughness = 0;
-  clear.transmission = 1;
-  clear.ior = 1;
+  core::MaterialDescription clear = glass(1, 0);
   core::SceneDescription scene =
       test_support::scene_of({test_support::lambert(Rgb(1)), clear},
                              {test_support::quad({-0.5F, 0, 0.5F}, {1, 0, 0}, {0, 0, -1}, 0),
@@ -261,16 +245,6 @@ TEST(Punctual, RangeEndsAtTheFirstScatteringSurface) {
     EXPECT_LT(std::fabs(mean - mean_under_a_pane(1)), 4 * error + 1e-5 * mean) << integrator;
     EXPECT_GT(std::fabs(mean - mean_under_a_pane(0.25)), 10 * error) << integrator;
   }
-}
-
-core::MaterialDescription glass(float ior) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.thickness = 1;
-  m.ior = ior;
-  return m;
 }
 
 /// A closed slab between z = -1/2 and z = 1/2, seen along -z.
@@ -337,10 +311,7 @@ double returned_by_a_wall() {
 // sampling share the transmitted light by MIS. The third scattering event adds the light that the
 // wall returns to the floor, 2.9%.
 TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
-  core::MaterialDescription wall;
-  wall.metallic = 0;
-  wall.roughness = 0;
-  wall.transmission = 1;
+  core::MaterialDescription wall = glass(1.5F, 0);
   wall.double_sided = true;
   core::View view = test_support::view_of(
       test_support::build(test_support::scene_of(

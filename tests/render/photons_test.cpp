@@ -45,34 +45,21 @@ core::PrimitiveDescription floor_quad() {
   return test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0);
 }
 
-core::PunctualLightDescription sun(Vec3 x, Vec3 y, Vec3 z) {
-  core::PunctualLightDescription light;
-  light.type = core::PunctualType::kDirectional;
-  light.intensity = Rgb(1);
-  light.to_world.x = x;  // emits along -z of its own frame
-  light.to_world.y = y;
-  light.to_world.z = z;
-  return light;
-}
-
 /// Light straight down on x > 0: an awning above the camera keeps the rest in shadow.
 core::SceneDescription half_lit() {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(kAlbedo))},
       {floor_quad(), test_support::quad({-0.9F, 1.2F, 0.5F}, {0.9F, 0, 0}, {0, 0, -1}, 0)});
-  scene.lights.push_back(sun({1, 0, 0}, {0, 0, -1}, {0, 1, 0}));
+  scene.lights.push_back(test_support::directional({{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {}}));
   return scene;
 }
 
 /// The same light reflected by a mirror at 45 degrees above the camera: a caustic on 0 < x < 1.
 core::SceneDescription half_mirrored() {
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   core::SceneDescription scene = test_support::scene_of(
-      {test_support::lambert(Rgb(kAlbedo)), mirror},
+      {test_support::lambert(Rgb(kAlbedo)), test_support::mirror()},
       {floor_quad(), test_support::quad({0, 2.2F, 0.5F}, {0, 0, -1}, {1, -1, 0}, 1)});
-  scene.lights.push_back(sun({0, 0, 1}, {0, 1, 0}, {-1, 0, 0}));
+  scene.lights.push_back(test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}));
   return scene;
 }
 
@@ -138,13 +125,7 @@ TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
 // refracts, and reflects 6e-6.
 TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
   core::SceneDescription scene = half_mirrored();
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  glass.ior = 1.005F;
-  scene.materials.push_back(glass);
+  scene.materials.push_back(test_support::glass(1.005F));
   for (const float side : {1.0F, -1.0F}) {  // top and bottom
     scene.meshes[0].primitives.push_back(test_support::quad(
         {-0.95F, 0.45F + 0.05F * side, 0.55F * side}, {2, 0, 0}, {0, 0, -1.1F * side}, 2));
@@ -158,14 +139,9 @@ TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
 // A lamp lights a white ceiling, and that a glass ball: paths find all light, and what the ball
 // bends is no caustic, for it has come from the lamp over a diffuse surface.
 TEST(Merging, CausticsBeginAtLightsAndNotAtDiffuseSurfaces) {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
   core::View view = test_support::view_of(
       test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(12))},
+          {test_support::lambert(Rgb(0.6F)), test_support::glass(), test_support::emitter(Rgb(12))},
           {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
            test_support::quad({-1, 2.5F, -1}, {2, 0, 0}, {0, 0, 2}, 0),
            test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),

@@ -19,12 +19,7 @@ using core::Vec3;
 
 /// Absorbs sigma per metre.
 MaterialDescription solid(float ior, float sigma) {
-  MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.ior = ior;
-  m.transmission = 1;
-  m.thickness = 1;
+  MaterialDescription m = test_support::glass(ior);
   m.attenuation_distance = 1;
   m.attenuation_color = Rgb(std::exp(-sigma));
   return m;

@@ -60,6 +60,19 @@ core::PrimitiveDescription quad(Vec3 corner, Vec3 edge1, Vec3 edge2, int materia
   return p;
 }
 
+core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {
+  core::PrimitiveDescription p;
+  p.material = material;
+  constexpr std::uint32_t kSides = 512;
+  p.positions.push_back(center);
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
+    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
+    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
+  }
+  return p;
+}
+
 core::MaterialDescription lambert(Rgb albedo) {
   core::MaterialDescription m;
   m.base_color = albedo;
@@ -73,6 +86,31 @@ core::MaterialDescription emitter(Rgb radiance) {
   core::MaterialDescription m = lambert({0, 0, 0});
   m.emissive = radiance;
   return m;
+}
+
+core::MaterialDescription mirror() {
+  core::MaterialDescription m;
+  m.metallic = 1;
+  m.roughness = 0;
+  return m;
+}
+
+core::MaterialDescription glass(float ior, float thickness) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  m.ior = ior;
+  m.thickness = thickness;
+  return m;
+}
+
+core::PunctualLightDescription directional(const core::Transform& to_world, Rgb irradiance) {
+  core::PunctualLightDescription light;
+  light.type = core::PunctualType::kDirectional;
+  light.intensity = irradiance;
+  light.to_world = to_world;
+  return light;
 }
 
 core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,

@@ -18,9 +18,18 @@ core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks,
 /// A parallelogram; front side towards cross(edge1, edge2).
 core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2,
                                 int material);
+/// A horizontal disk of 512 triangles; faces down.
+core::PrimitiveDescription disk(core::Vec3 center, float radius_m, int material);
 /// Lambert: no specular layer.
 core::MaterialDescription lambert(core::Rgb albedo);
 core::MaterialDescription emitter(core::Rgb radiance);
+/// White and smooth.
+core::MaterialDescription mirror();
+/// Clear and smooth. thickness 0: a thin wall.
+core::MaterialDescription glass(float ior = 1.5F, float thickness = 1);
+/// Emits along -z of its frame. irradiance: of a surface that faces it.
+core::PunctualLightDescription directional(const core::Transform& to_world,
+                                           core::Rgb irradiance = core::Rgb(1));
 /// Everything in one mesh with one instance.
 core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,
                                 std::vector<core::PrimitiveDescription> primitives);

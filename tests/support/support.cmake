@@ -1,5 +1,6 @@
 #Helpers shared by the test programs.
-set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp
+# Programs that load assets link core_scene_io.
+set(SUPPORT_SOURCES asset_files.cpp bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp
   tasks.cpp)
 
 # A library that replaces Open Image Denoise, in the folder where the API tests also look for it,

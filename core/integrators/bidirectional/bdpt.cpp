@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <list>
 #include <memory_resource>
 #include <optional>
 

@@ -293,16 +293,13 @@ constexpr std::array kOperations = {
               "Responds even while everything else is busy.", "", kNoHeaders, kNoBody, kTextAnswer,
               kNoProblems, true},
     Operation{"getReadiness", "GET", "/readyz", "Service", "Readiness check.",
-              "503 while the server is starting or stopping. A line "
-              "`storage_full: ...` follows "
-              "while the disk is full: requests that need space are refused "
-              "with 507, rendering "
+              "503 while the server is starting or stopping. A line `storage_full: ...` follows "
+              "while the disk is full: requests that need space are refused with 507, rendering "
               "jobs pause, and everything else works.",
               "", kNoHeaders, kNoBody, kReadyAnswer, kNoProblems, true},
     Operation{"getMetrics", "GET", "/metrics", "Service", "Prometheus metrics.",
-              "If the operator has set `--metrics-key`, it is required as the "
-              "bearer token.",
-              "", kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
+              "If the operator has set `--metrics-key`, it is required as the bearer token.", "",
+              kNoHeaders, kNoBody, kTextAnswer, kMetricsProblems, true},
     Operation{"getOpenApi", "GET", "/openapi.json", "Service", "This document.", "", "", kNoHeaders,
               kNoBody, kDocumentAnswer, kNoProblems, true},
     Operation{"getDocs", "GET", "/docs", "Service",
@@ -311,8 +308,7 @@ constexpr std::array kOperations = {
     Operation{"getPage", "GET", "/", "Service", "The web page.", "", "", kNoHeaders, kNoBody,
               kPageAnswer, kNoProblems, true},
     Operation{"createSession", "POST", "/v1/session", "Service", "Exchange a key for a cookie.",
-              "Send the key as the bearer token. The cookie is random, belongs "
-              "to this browser "
+              "Send the key as the bearer token. The cookie is random, belongs to this browser "
               "alone, and expires after a week or with its key.",
               "", kNoHeaders, kNoBody, kSessionMade, kSessionProblems, true},
     Operation{"deleteSession", "DELETE", "/v1/session", "Service", "End the session of the cookie.",
@@ -322,16 +318,15 @@ constexpr std::array kOperations = {
               kNoBody, kServerAnswer, kNoProblems, true},
     Operation{"getDrain", "GET", "/v1/drain", "Service", "Get whether the server is draining.", "",
               "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
-    Operation{"startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
-              "Refuses new jobs with 503; running jobs continue, queued ones "
-              "wait. Ends on restart.",
-              "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
+    Operation{
+        "startDrain", "PUT", "/v1/drain", "Service", "Drain the server.",
+        "Refuses new jobs with 503; running jobs continue, queued ones wait. Ends on restart.",
+        "admin", kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"endDrain", "DELETE", "/v1/drain", "Service", "Accept jobs again.", "", "admin",
               kNoHeaders, kNoBody, kDrainAnswer, kNoProblems, true},
     Operation{"createAsset", "POST", "/v1/assets", "Assets", "Upload a file.",
-              "Raw bytes of any file. The id is the sha256 of the content. 422 "
-              "for an image that is cut short or damaged, and for other content with an "
-              "`image/` type.",
+              "Raw bytes of any file. The id is the sha256 of the content. 422 for an image that "
+              "is cut short or damaged, and for other content with an `image/` type.",
               "write", kNoHeaders, kBytes, kAssetMade, kPutProblems, true},
     Operation{"putAsset", "PUT", "/v1/assets/{sha256}", "Assets", "Upload a file under its hash.",
               "422 if the content has a different hash, or for an image that is cut short or "
@@ -343,16 +338,13 @@ constexpr std::array kOperations = {
     Operation{"deleteAsset", "DELETE", "/v1/assets/{sha256}", "Assets", "Delete a file.",
               "409 while a scene or job uses it.", "write", kNoHeaders, kNoBody, kGone,
               kRetryProblems, true},
-    Operation{
-        "createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
-        "A GLB, a glTF without other files, a zip, or asset ids. GLB and "
-        "zip are recognized by "
-        "their first bytes, whatever type is given. Other formats, named by their type "
-        "(`model/stl`) or by `name`, are converted; 415 where the server cannot. All files that it "
-        "refers to are required; 424 "
-        "lists missing ones.",
-        "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
-        &scene_upload_parameters},
+    Operation{"createScene", "POST", "/v1/scenes", "Scenes", "Upload a scene.",
+              "A GLB, a glTF without other files, a zip, or asset ids. GLB and zip are recognized "
+              "by their first bytes, whatever type is given. Other formats, named by their type "
+              "(`model/stl`) or by `name`, are converted; 415 where the server cannot. All files "
+              "that it refers to are required; 424 lists missing ones.",
+              "write", kNoHeaders, kSceneBodies, kSceneMade, kSceneProblems, true,
+              &scene_upload_parameters},
     Operation{"listScenes", "GET", "/v1/scenes", "Scenes", "List scenes.", "", "read", kNoHeaders,
               kNoBody, kSceneListAnswer, k400, true, &scene_list_parameters},
     Operation{"getScene", "GET", "/v1/scenes/{id}", "Scenes", "Describe a scene.", "", "read",
@@ -362,43 +354,33 @@ constexpr std::array kOperations = {
     Operation{"getSceneGltf", "GET", "/v1/scenes/{id}/gltf", "Scenes",
               "Download a built-in scene as GLB.", "", "read", kNoHeaders, kNoBody, kGlbAnswer,
               k404, true},
-    Operation{"render", "POST", "/v1/render", "Jobs", "Render a scene and get the image.",
-              "One request for upload, job and image. The scene is the body, "
-              "the part `scene` of a form, "
-              "or named by the parameter `scene` or the job. Other files of a "
-              "form are `environment`, "
-              "`file` (files that a glTF refers to, found by their names or "
-              "the last part of them) and "
-              "`job` (a JobRequest); fields of text are parameters, as in the "
-              "query, which is merged "
-              "into the job. png, jpg, webp and avif are exposed "
-              "automatically, or for the light of a "
-              "preset, "
-              "unless `exposure` is given. The same request again gets the "
-              "image of the "
-              "first one's job. If the "
-              "client of a job's first request leaves before it is answered, "
-              "the job is cancelled, "
-              "unless another request has asked for the same.",
-              "write", kNoHeaders, kRenderBodies, kRendered, kRenderProblems, true,
-              &render_parameters},
     Operation{
-        "renderDrake", "POST", "/v1/drake/render", "Jobs",
-        "Render for Drake's MakeRenderEngineGltfClient.",
-        "Drake's glTF render protocol; with `tessera serve --drake` also at `/render`. color: "
-        "a PNG, rendered as by POST /v1/render, whose query parameters apply and belong to the "
-        "client's render_endpoint; without preset, the light is `tent`. depth: a TIFF of one "
-        "float per pixel, metres along the camera's axis, infinite from max_depth on, 0 up to "
-        "min_depth. label: a PNG of the materials' base colours, white where there is nothing. "
-        "Depths and labels are those of the surface at the pixel's centre. The scene and the "
-        "job are deleted once they are answered.",
-        "write", kNoHeaders, kDrakeBodies, kDrakeAnswer, kRenderProblems, true, &render_parameters},
+        "render", "POST", "/v1/render", "Jobs", "Render a scene and get the image.",
+        "One request for upload, job and image. The scene is the body, the part `scene` of a form, "
+        "or named by the parameter `scene` or the job. Other files of a form are `environment`, "
+        "`file` (files that a glTF refers to, found by their names or the last part of them) and "
+        "`job` (a JobRequest); fields of text are parameters, as in the query, which is merged "
+        "into the job. png, jpg, webp and avif are exposed automatically, or for the light of a "
+        "preset, unless `exposure` is given. The same request again gets the image of the first "
+        "one's job. If the client of a job's first request leaves before it is answered, the job "
+        "is cancelled, unless another request has asked for the same.",
+        "write", kNoHeaders, kRenderBodies, kRendered, kRenderProblems, true, &render_parameters},
+    Operation{"renderDrake", "POST", "/v1/drake/render", "Jobs",
+              "Render for Drake's MakeRenderEngineGltfClient.",
+              "Drake's glTF render protocol; with `tessera serve --drake` also at `/render`. "
+              "color: a PNG, rendered as by POST /v1/render, whose query parameters apply and "
+              "belong to the client's render_endpoint; without preset, the light is `tent`. depth: "
+              "a TIFF of one float per pixel, metres along the camera's axis, infinite from "
+              "max_depth on, 0 up to min_depth. label: a PNG of the materials' base colours, white "
+              "where there is nothing. Depths and labels are those of the surface at the pixel's "
+              "centre. The scene and the job are deleted once they are answered.",
+              "write", kNoHeaders, kDrakeBodies, kDrakeAnswer, kRenderProblems, true,
+              &render_parameters},
     Operation{"createJob", "POST", "/v1/jobs", "Jobs", "Submit a job.",
               "Only `scene` is required. Unknown members are refused.", "write", kSubmitHeaders,
               kJobBodies, kJobMade, kSubmitProblems, true, &submit_parameters},
     Operation{"putJob", "PUT", "/v1/jobs/{id}", "Jobs", "Submit a job with a client-chosen id.",
-              "The id is a UUID. The same body again: 200 and no second job; "
-              "another body: 409.",
+              "The id is a UUID. The same body again: 200 and no second job; another body: 409.",
               "write", kNoHeaders, kJobRequest, kJobPut, kSubmitProblems, true},
     Operation{"listJobs", "GET", "/v1/jobs", "Jobs", "List jobs.", "", "read", kNoHeaders, kNoBody,
               kJobListAnswer, k400, true, &job_list_parameters},
@@ -426,8 +408,7 @@ constexpr std::array kOperations = {
               "older preset keep it: give a changed preset another name.",
               "write", kNoHeaders, kPresetBody, kPresetMade, kPresetProblems, true},
     Operation{"listPresets", "GET", "/v1/presets", "Presets", "List the presets.",
-              "With the ready ones: hero, packshot, turntable and thumbnail. A "
-              "preset stored under "
+              "With the ready ones: hero, packshot, turntable and thumbnail. A preset stored under "
               "such a name replaces it.",
               "read", kNoHeaders, kNoBody, kPresetListAnswer, kNoProblems, true},
     Operation{"getPreset", "GET", "/v1/presets/{name}", "Presets", "Get a preset.", "", "read",
@@ -437,8 +418,7 @@ constexpr std::array kOperations = {
               kNoBody, kGone, k404, true},
     Operation{"createSigningKey", "POST", "/v1/signing-keys", "Presets",
               "Make a key that signs URLs of images.",
-              "It signs for its tenant: the tenant's presets, scenes and "
-              "quotas. The key is shown "
+              "It signs for its tenant: the tenant's presets, scenes and quotas. The key is shown "
               "only once.",
               "write", kNoHeaders, kNoBody, kSigningKeyMade, k409Alone, true},
     Operation{"listSigningKeys", "GET", "/v1/signing-keys", "Presets", "List the signing keys.",
@@ -447,17 +427,17 @@ constexpr std::array kOperations = {
     Operation{"deleteSigningKey", "DELETE", "/v1/signing-keys/{id}", "Presets",
               "Delete a signing key.", "URLs that it signed are 403 from then on.", "write",
               kNoHeaders, kNoBody, kGone, k404, true},
-    Operation{
-        "getPicture", "GET", "/i/{signature}/{preset}/{scene}/{view}", "Presets",
-        "Get an image by its URL.",
-        "Needs no key, and pages of all origins may use it. Each distinct image is one job "
-        "of the preset's tenant, for all clients. Until the job ends, answers are the image "
-        "as it is after the preset's `deadline_seconds`, with `Cache-Control: no-store`, or "
-        "503 if some pixel has no sample yet, the server is busy, or as many jobs as URLs may "
-        "start (`url_jobs_of_a_preset`, `url_jobs_of_a_key` of the limits) have not ended; "
-        "the final image is `immutable`. If the job fails, the answer is its "
-        "reason, with `Retry-After`, and it is not tried again for five minutes.",
-        "", kConditional, kNoBody, kPictureAnswer, kUrlProblems, true, &picture_url_parameters},
+    Operation{"getPicture", "GET", "/i/{signature}/{preset}/{scene}/{view}", "Presets",
+              "Get an image by its URL.",
+              "Needs no key, and pages of all origins may use it. Each distinct image is one job "
+              "of the preset's tenant, for all clients. Until the job ends, answers are the image "
+              "as it is after the preset's `deadline_seconds`, with `Cache-Control: no-store`, or "
+              "503 if some pixel has no sample yet, the server is busy, or as many jobs as URLs "
+              "may start (`url_jobs_of_a_preset`, `url_jobs_of_a_key` of the limits) have not "
+              "ended; the final image is `immutable`. If the job fails, the answer is its reason, "
+              "with `Retry-After`, and it is not tried again for five minutes.",
+              "", kConditional, kNoBody, kPictureAnswer, kUrlProblems, true,
+              &picture_url_parameters},
     Operation{"createBatch", "POST", "/v1/batches", "Batches", "Submit jobs that vary a template.",
               "Creates all jobs or none. Jobs with the same scene share it in "
               "memory.",
@@ -480,23 +460,18 @@ constexpr std::array kOperations = {
               kNoHeaders, kNoBody, kGone, kRetryProblems, true},
     Operation{"getBatchArchive", "GET", "/v1/batches/{id}/archive.zip", "Batches",
               "Download the images of a batch.",
-              "A zip with one file for each job that has an image. 409 while a job "
-              "has not ended; "
-              "410, with the names, if films were evicted. Has a length, and honours "
-              "Range, up to 100 "
-              "megapixels of images; larger archives are sent while they are made.",
+              "A zip with one file for each job that has an image. 409 while a job has not ended; "
+              "410, with the names, if films were evicted. Has a length, and honours Range, up to "
+              "100 megapixels of images; larger archives are sent while they are made.",
               "read", kFileHeaders, kNoBody, kArchiveAnswer, kArchiveProblems, true,
               &archive_parameters},
     Operation{"getBatchSheet", "GET", "/v1/batches/{id}/sheet.png", "Batches",
               "Get the images of a batch on one sheet.",
-              "In the order of the jobs, row by row; white where there is no "
-              "image yet.",
-              "read", kRangeHeaders, kNoBody, kSheetAnswer, kSheetProblems, true,
-              &sheet_parameters},
+              "In the order of the jobs, row by row; white where there is no image yet.", "read",
+              kRangeHeaders, kNoBody, kSheetAnswer, kSheetProblems, true, &sheet_parameters},
     Operation{"getImage", "GET", "/v1/jobs/{id}/image{.format}", "Results",
               "Get the rendered image (partial while the job is running).",
-              "The format follows from the extension (png, jpg, webp, avif, "
-              "exr, hdr, tif) or from "
+              "The format follows from the extension (png, jpg, webp, avif, exr, hdr, tif) or from "
               "Accept.",
               "read", kFileHeaders, kNoBody, kImageAnswer, kImageProblems, true, &image_parameters},
     Operation{"getPixel", "GET", "/v1/jobs/{id}/pixels/{x}/{y}", "Results",
@@ -516,43 +491,29 @@ constexpr std::array kOperations = {
               "Get the meaning of layer ids.",
               "409 before the first sample; 404 also if the scene was deleted.", "read", kNoHeaders,
               kNoBody, kObjectsAnswer, kSampledProblems, true},
-    Operation{"getFilm", "GET", "/v1/jobs/{id}/film", "Results",
-              "Download the film (raw sample sums).",
-              "Only for jobs that have ended. Little endian; `TSRFILM1`, u32 "
-              "bytes of head, ledger and "
-              "text, u32 bytes of the text, u32 ranges, u32 flags (1: "
-              "auxiliary values; 2: errors of "
-              "neighbours are correlated), i32 full width, full height, crop "
-              "x, y, width, height, u32 "
-              "replicates, u32 tiles, u64 bytes of the file, sha256 of the "
-              "content (hex). Then 24 bytes "
-              "per range of samples: u64 seed, u32 first replicate, "
-              "replicates, samples, 0. Then the "
-              "text (JSON: spec, build, error, warnings), zeros up to a "
-              "multiple of 8. Then the tiles: "
-              "i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU "
-              "seconds; for each pixel and "
-              "replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 "
-              "count; with flag 1 for each "
-              "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and "
-              "32 ids and mattes. "
-              "Finally the sha256 (hex) of everything before.",
-              "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
-    Operation{"mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
-              "Films of jobs that have ended, or film files uploaded as "
-              "assets. Their jobs may differ "
-              "only in seed, replicates, stop rules and names (422). Common "
-              "samples are refused (409). "
-              "Replicates are put side by side: jobs that hold replicates 0 to "
-              "1 and 2 to 3 of a seed "
-              "give the film of the one job with four, bit for bit (auxiliary "
-              "layers to rounding); other "
-              "seeds count as further independent replicates. The weights are "
-              "the sample counts.",
-              "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
+    Operation{
+        "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
+        "Only for jobs that have ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
+        "text, u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors of "
+        "neighbours are correlated), i32 full width, full height, crop x, y, width, height, u32 "
+        "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes "
+        "per range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the "
+        "text (JSON: spec, build, error, warnings), zeros up to a multiple of 8. Then the tiles: "
+        "i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; for each pixel and "
+        "replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each "
+        "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and 32 ids and mattes. "
+        "Finally the sha256 (hex) of everything before.",
+        "read", kFileHeaders, kNoBody, kFilmAnswer, kFilmProblems, true},
+    Operation{
+        "mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",
+        "Films of jobs that have ended, or film files uploaded as assets. Their jobs may differ "
+        "only in seed, replicates, stop rules and names (422). Common samples are refused (409). "
+        "Replicates are put side by side: jobs that hold replicates 0 to 1 and 2 to 3 of a seed "
+        "give the film of the one job with four, bit for bit (auxiliary layers to rounding); other "
+        "seeds count as further independent replicates. The weights are the sample counts.",
+        "write", kNoHeaders, kMerge, kMergeAnswer, kMergeProblems, true},
     Operation{"streamEvents", "GET", "/v1/jobs/{id}/events", "Streams", "Watch a job.",
-              "Events: snapshot, state, progress, tile, warning, end; reset "
-              "after a loss; "
+              "Events: snapshot, state, progress, tile, warning, end; reset after a loss; "
               "overloaded at the limit of streams.",
               "read", kEventsHeaders, kNoBody, kEventsAnswer, k404, true, &job_events_parameters},
     Operation{"watchJobs", "GET", "/v1/events", "Streams", "Watch several jobs on one connection.",
@@ -560,41 +521,28 @@ constexpr std::array kOperations = {
               kWatchAnswer, k404Or422, true, &events_parameters},
     Operation{"createStreamTicket", "POST", "/v1/stream-tickets", "Streams",
               "Create a short-lived stream ticket (valid for one minute).",
-              "Added as `?ticket=` to events, tiles or image, it replaces the "
-              "key, which pages "
+              "Added as `?ticket=` to events, tiles or image, it replaces the key, which pages "
               "cannot send with an EventSource or an image.",
               "read", kNoHeaders, kTicketRequest, kTicketMade, kTicketProblems, true},
     Operation{"streamTiles", "GET", "/v1/jobs/{id}/tiles", "Streams", "Stream tiles.",
-              "Frames, little endian: `T S R 1`, u32 payload bytes, u32 "
-              "revision, u16 x, y, width, "
-              "height, u32 flags, f32 relative error, u32 CRC-32 of the "
-              "payload; then planes of "
-              "float32, r g b, their variances, the sample count. Flag 1: end "
-              "frame; 2: correlated "
-              "errors (zsobol, restir); 4: an alpha plane comes last; 8: "
-              "planes of float16, r g b "
-              "only, at most 65504 (planes=mean); 16: denoised (`?denoise=`): "
-              "r g b, alpha by 4.",
+              "Frames, little endian: `T S R 1`, u32 payload bytes, u32 revision, u16 x, y, width, "
+              "height, u32 flags, f32 relative error, u32 CRC-32 of the payload; then planes of "
+              "float32, r g b, their variances, the sample count. Flag 1: end frame; 2: correlated "
+              "errors (zsobol, restir); 4: an alpha plane comes last; 8: planes of float16, r g b "
+              "only, at most 65504 (planes=mean); 16: denoised (`?denoise=`): r g b, alpha by 4.",
               "read", kNoHeaders, kNoBody, kTilesAnswer, k404Or422, true, &tiles_parameters},
     Operation{"createComparison", "POST", "/v1/comparisons", "Results", "Compare two images.",
-              "Two jobs that have ended, or a job and an uploaded image (8 and "
-              "16 bits are read as sRGB, "
-              "as this server writes them with `curve=srgb`, floats as linear; "
-              "it counts as exact except "
-              "for its rounding). b is the reference. The "
-              "interval of the bias comes from the halves of both, and for a "
-              "job whose pixels have "
-              "correlated errors (zsobol, restir) from the means of its "
-              "replicates (with two of them it "
-              "is wide); z is the difference of the luminances in standard "
-              "errors, pooled over 3 x 3 "
-              "pixels. Both assume that the two are independent, which jobs "
-              "with a common seed are not.",
+              "Two jobs that have ended, or a job and an uploaded image (8 and 16 bits are read as "
+              "sRGB, as this server writes them with `curve=srgb`, floats as linear; it counts as "
+              "exact except for its rounding). b is the reference. The interval of the bias comes "
+              "from the halves of both, and for a job whose pixels have correlated errors (zsobol, "
+              "restir) from the means of its replicates (with two of them it is wide); z is the "
+              "difference of the luminances in standard errors, pooled over 3 x 3 pixels. Both "
+              "assume that the two are independent, which jobs with a common seed are not.",
               "write", kNoHeaders, kComparisonRequest, kComparisonAnswer, kMergeProblems, true},
     Operation{"compareMeters", "GET", "/v1/comparisons", "Results",
               "Compare the meters of two jobs.",
-              "At each point the difference a - b with its interval, as if the two "
-              "were "
+              "At each point the difference a - b with its interval, as if the two were "
               "independent. 409 if their points differ, or one has no reading yet.",
               "read", kNoHeaders, kNoBody, kMetersCompared, kPixelProblems, true,
               &meter_comparison_parameters},
@@ -602,20 +550,16 @@ constexpr std::array kOperations = {
               "read", kNoHeaders, kNoBody, kComparisonKept, k404, true},
     Operation{"getComparisonMap", "GET", "/v1/comparisons/{id}/{map}", "Results",
               "Get a comparison image (difference, z or FLIP).",
-              "`difference.png`: blue where a is darker, red where it is "
-              "brighter; the root of |a "
-              "- b| / sqrt(b^2 + 0.01). `z.png`: the same colours from -5 to 5 "
-              "standard errors. "
+              "`difference.png`: blue where a is darker, red where it is brighter; the root of |a "
+              "- b| / sqrt(b^2 + 0.01). `z.png`: the same colours from -5 to 5 standard errors. "
               "`flip.png`: 0 black to 1 pale yellow.",
               "read", kFileHeaders, kNoBody, kMapAnswer, kContentProblems, true},
-    Operation{"runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
-              "Runs trials with the renderer's own classes at each n. The same "
-              "request gives the same "
-              "lines, except for `seconds` and `efficiency`, which are "
-              "measured. Closing the connection "
-              "cancels the run. 429 while `lab_runs` others run, or "
-              "`lab_runs_of_a_key` of the same key.",
-              "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
+    Operation{
+        "runExperiment", "POST", "/v1/lab/runs", "Laboratory", "Run an experiment.",
+        "Runs trials with the renderer's own classes at each n. The same request gives the same "
+        "lines, except for `seconds` and `efficiency`, which are measured. Closing the connection "
+        "cancels the run. 429 while `lab_runs` others run, or `lab_runs_of_a_key` of the same key.",
+        "write", kNoHeaders, kLabRequest, kLabAnswer, kLabProblems, true},
     Operation{"listDeliveries", "GET", "/v1/webhooks/deliveries", "Webhooks", "List webhook calls.",
               "Pending calls and, for a week, earlier ones.", "read", kNoHeaders, kNoBody,
               kDeliveryListAnswer, k400Or422, true, &delivery_list_parameters},
@@ -625,28 +569,23 @@ constexpr std::array kOperations = {
               "Repeat a webhook call.", "At once, with the same id and body, in any state.",
               "write", kNoHeaders, kNoBody, kDeliveryBegun, k404, true},
     Operation{"testWebhook", "POST", "/v1/webhooks/test", "Webhooks", "Send a test call.",
-              "One signed call of type `test`, without retries; its delivery "
-              "reports the outcome.",
+              "One signed call of type `test`, without retries; its delivery reports the outcome.",
               "write", kNoHeaders, kWebhookTest, kDeliveryBegun, kTestProblems, true},
     Operation{"getWebhookSecret", "GET", "/v1/webhooks/secret", "Webhooks",
               "Get the signing secret.",
-              "Each tenant has its own. Calls are signed as defined by "
-              "Standard Webhooks 1.0.",
+              "Each tenant has its own. Calls are signed as defined by Standard Webhooks 1.0.",
               "write", kNoHeaders, kNoBody, kSecretAnswer, kNoProblems, true},
     Operation{"replaceWebhookSecret", "POST", "/v1/webhooks/secret", "Webhooks",
               "Create a new signing secret.",
-              "For all later calls. 409 for the operator's, which is set by a "
-              "flag or a file.",
+              "For all later calls. 409 for the operator's, which is set by a flag or a file.",
               "write", kNoHeaders, kNoBody, kSecretAnswer, k409Alone, true},
     Operation{"listKeys", "GET", "/v1/keys", "Keys", "List the keys.", "Without their texts.",
               "admin", kNoHeaders, kNoBody, kKeyListAnswer, kNoProblems, true},
     Operation{"createKey", "POST", "/v1/keys", "Keys", "Create a key.",
-              "403 on a server without keys: create the first one with "
-              "`tessera keys add`.",
+              "403 on a server without keys: create the first one with `tessera keys add`.",
               "admin", kNoHeaders, kKeyRequest, kKeyMade, kTestProblems, true},
     Operation{"deleteKey", "DELETE", "/v1/keys/{id}", "Keys", "Remove a key.",
-              "It stops working within a second; objects created with it stay "
-              "with its tenant.",
+              "It stops working within a second; objects created with it stay with its tenant.",
               "admin", kNoHeaders, kNoBody, kGone, k404, true},
     Operation{"listWorkers", "GET", "/v1/workers", "Workers", "List the workers.", "", "read",
               kNoHeaders, kNoBody, kWorkersAnswer, kNoProblems, true},
@@ -667,10 +606,10 @@ constexpr std::array kOperations = {
               kNoHeaders, kBytes, kWorkDone, kSubmitProblems, true},
     Operation{"handBackUnit", "POST", "/v1/work/units/{id}/hand-back", "Workers", "Return a unit.",
               "", "worker", kNoHeaders, kUnitRequest, kWorkDone, kSubmitProblems, true},
-    Operation{"getUsage", "GET", "/v1/usage", "Keys", "Get the usage of tenants.",
-              "All tenants for the operator and keys with scope `admin`; "
-              "otherwise only the key's own.",
-              "read", kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},
+    Operation{
+        "getUsage", "GET", "/v1/usage", "Keys", "Get the usage of tenants.",
+        "All tenants for the operator and keys with scope `admin`; otherwise only the key's own.",
+        "read", kNoHeaders, kNoBody, kUsageAnswer, kNoProblems, true},
 };
 
 }  // namespace

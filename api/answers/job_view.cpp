@@ -210,10 +210,10 @@ const View<JobView>& error_view() {
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
         [](const JobView& j) { return interval_end(j, image_error(j).high); }},
        {"grain",
-        shape::nullable(shape::real(
-            "Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By comparison: "
-            "0.8 times the mean root of (I - U)(I - V), relative, for two unbiased "
-            "images U and V; `relative` is then the same.")),
+        shape::nullable(
+            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By "
+                        "comparison: 0.8 times the mean root of (I - U)(I - V), relative, for two "
+                        "unbiased images U and V; `relative` is then the same.")),
         [](const JobView& j) { return number_json(image_error(j).grain); }},
        {"doubt",
         shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "
@@ -223,9 +223,8 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
        {"valid",
-        shape::flag(
-            "False: the error is unknown, since no unbiased integrator can render the image "
-            "to compare it with."),
+        shape::flag("False: the error is unknown, since no unbiased integrator can render the "
+                    "image to compare it with."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
         shape::flag("More light is in doubt than is visible as grain (doubt above grain): rare "
@@ -274,8 +273,8 @@ const View<JobView>& statistics_view() {
         [](const JobView& j) { return j.split_count == 0 ? Json(nullptr) : Json(j.split_count); }},
        {"radius_ratio",
         shape::nullable(
-            shape::real("sppm, vcm: radius of the newest sample's disks relative to the "
-                        "first sample's; null: no sample yet, or another integrator.")),
+            shape::real("sppm, vcm: radius of the newest sample's disks relative to the first "
+                        "sample's; null: no sample yet, or another integrator.")),
         &radius_ratio_json}}};
   return kView;
 }
@@ -380,10 +379,9 @@ Json available_parts(const JobView& job) {
 const ViewRow<JobView>& available_row() {
   static const ViewRow<JobView> kRow = {
       "available",
-      shape::list(
-          shape::one_of({"image", "denoised", "meter"}, ""),
-          "Parts that can be requested now: `image`, which includes pixels; `denoised`, the "
-          "image with ?denoise=mixed or full; `meter`. Requests for others are a 409."),
+      shape::list(shape::one_of({"image", "denoised", "meter"}, ""),
+                  "Parts that can be requested now: `image`, which includes pixels; `denoised`, "
+                  "the image with ?denoise=mixed or full; `meter`. Requests for others are a 409."),
       &available_parts};
   return kRow;
 }
@@ -459,8 +457,8 @@ const View<DenoisedView>& denoised_view() {
         shape::nullable(shape::real("Deprecated: the same as `full_relative`.")),
         [](const DenoisedView& d) { return number_json(d.full.relative); }},
        {"gain",
-        shape::nullable(shape::real("(plain error / this one)^2: factor of samples that "
-                                    "the plain image would need for the same error.")),
+        shape::nullable(shape::real("(plain error / this one)^2: factor of samples that the plain "
+                                    "image would need for the same error.")),
         [](const DenoisedView& d) {
           const double ratio = d.plain.relative / d.mixed.relative;
           return number_json(ratio * ratio);

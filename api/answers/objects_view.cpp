@@ -118,11 +118,10 @@ const View<ViewpointView>& viewpoint_view() {
   static const View<ViewpointView> kView = {
       "",
       "The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is "
-      "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where "
-      "z > 0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of "
-      "an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a "
-      "panorama. Pixel i goes from i to i + 1; for tools that count from its "
-      "centre, subtract 0.5.",
+      "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where z "
+      "> 0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of an "
+      "orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a "
+      "panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.",
       {{"type", shape::one_of(camera_type_names()),
         [](const ViewpointView& c) -> Json {
           return core::row_of(core::camera_types(), c.type).name;

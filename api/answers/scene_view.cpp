@@ -61,9 +61,8 @@ const View<core::Warning>& warning_view() {
       "What was read otherwise than the file says, or not at all. Its text in `warnings` is "
       "`pointer: detail`.",
       {{"code",
-        shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, "
-                    "`not_drawn`, `animation_ignored`, `extension_ignored`, ... "
-                    "Further kinds may be added."),
+        shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, `not_drawn`, "
+                    "`animation_ignored`, `extension_ignored`, ... Further kinds may be added."),
         [](const Warning& w) -> Json { return w.code; }},
        {"pointer", shape::text("JSON pointer into the glTF document; empty: none."),
         [](const Warning& w) -> Json { return w.pointer; }},

@@ -116,9 +116,8 @@ const View<WorkerView>& worker_view() {
        {"leases", shape::count("Units that the worker holds."),
         [](const WorkerView& w) -> Json { return w.leases; }},
        {"held",
-        shape::texts(
-            "Names of those of them whose jobs the key can see. Each begins with its job's "
-            "id and a dot."),
+        shape::texts("Names of those of them whose jobs the key can see. Each begins with its "
+                     "job's id and a dot."),
         [](const WorkerView& w) -> Json { return w.held; }},
        {"units", shape::count("Results that were accepted."),
         [](const WorkerView& w) -> Json { return w.units; }},
@@ -128,9 +127,9 @@ const View<WorkerView>& worker_view() {
         shape::one_of({"idle", "working", "draining", "suspended", "unsuitable", "left", "lost"}),
         [](const WorkerView& w) -> Json { return w.state; }},
        {"reason",
-        shape::nullable(shape::text("Why the worker is unsuitable or suspended; for the "
-                                    "operator and keys with the scope admin, with the "
-                                    "error that it reported.")),
+        shape::nullable(
+            shape::text("Why the worker is unsuitable or suspended; for the operator and keys with "
+                        "the scope admin, with the error that it reported.")),
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},

@@ -183,9 +183,8 @@ const auto& background_table() {
                   "Glass, water and other clear surfaces show the background, not the environment: "
                   "surfaces that camera paths cross, bent or not, with a roughness of at most 0.1. "
                   "With type 'transparent' their alpha is 1 less the luminance of the light that "
-                  "they "
-                  "let through. Default: true for 'transparent' with integrators that support it, "
-                  "otherwise false."))),
+                  "they let through. Default: true for 'transparent' with integrators that support "
+                  "it, otherwise false."))),
   };
   return kTable;
 }

@@ -95,9 +95,8 @@ const auto& table() {
                number(
                    "light_not_found", [](auto& s) -> auto& { return s.light_not_found; },
                    {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when `light_not_found.at_most` is at most this, with `confidence`. "
-                   "Beside relative_error, denoised_error or meter_error: these end the job only "
-                   "then.")),
+                   "Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside "
+                   "relative_error, denoised_error or meter_error: these end the job only then.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {

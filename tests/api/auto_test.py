@@ -1,6 +1,5 @@
 """Integrator auto: the job reports its choice and the reason, and renders like that integrator."""
 
-
 from harness import ApiTest, job_body
 
 

@@ -1,6 +1,5 @@
 """Frames of a video: images of a batch, averaged along the motion with those beside them."""
 
-
 from batches_test import LONG, BatchTest, batch_body
 from harness import job_body
 

@@ -75,8 +75,7 @@ std::unique_ptr<ReferenceImages> ReferenceImages::create(const View& view, doubl
 ReferenceImages::ReferenceImages(std::shared_ptr<const Renderer> renderer, double slice_seconds)
     : renderer_(std::move(renderer)),
       film_(make_film(renderer_->view().settings)),
-      slice_seconds_(slice_seconds),
-      sink_(std::make_unique<Sink>()) {}
+      slice_seconds_(slice_seconds) {}
 
 ReferenceImages::~ReferenceImages() = default;
 

@@ -18,9 +18,13 @@ void fill_missing(core::Film& film) {
   }
 }
 
-TEST(FilmFile, RestoresSplatsWithTheirLightSamples) {
+class FilmFiles : public testing::Test {
+ protected:
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
+};
+
+TEST_F(FilmFiles, RestoresSplatsWithTheirLightSamples) {
   const auto made = [] {
     return core::Film(small_film(), 2, core::PixelErrors::kCorrelated, true);
   };
@@ -49,9 +53,7 @@ TEST(FilmFile, RestoresSplatsWithTheirLightSamples) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
 }
 
-TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.meter.points.assign(20, {{0, 0, 0}, {0, 1, 0}});  // two chunks
@@ -77,9 +79,7 @@ TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without a meter";
 }
 
-TEST(FilmFile, RestoresSharesOfTheLight) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresSharesOfTheLight) {
   core::FilmSettings settings = small_film();
   settings.shares = {{.layer = "bounce:1", .group = {}, .strategy = {}},
                      {.layer = "light:lamp", .group = "lamp", .strategy = {}}};
@@ -99,9 +99,7 @@ TEST(FilmFile, RestoresSharesOfTheLight) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without shares";
 }
 
-TEST(FilmFile, RestoresLabelsAndMattes) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresLabelsAndMattes) {
   core::FilmSettings settings = small_film();
   settings.instance = settings.material_mattes = true;
   core::Film film(settings, 2);

@@ -63,9 +63,13 @@ std::uint64_t blocks_of(const std::string& path) {
   return static_cast<std::uint64_t>(info.st_blocks);
 }
 
-TEST(FilmFile, RestoresAFilmBitForBit) {
+class FilmFiles : public testing::Test {
+ protected:
   const TemporaryFolder folder;
   const std::string path = folder.file("a.film");
+};
+
+TEST_F(FilmFiles, RestoresAFilmBitForBit) {
   const std::string digest = write_two(path).second;
   core::Film film(small_film(), 2);
   const auto record = load(path, film);
@@ -83,9 +87,7 @@ TEST(FilmFile, RestoresAFilmBitForBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
-TEST(FilmFile, RestoresErrorsFromSquares) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresErrorsFromSquares) {
   core::Film film(small_film(), 2);
   FilmRecord written = record_of(2);
   written.points[0].error = core::error_interval(0.2, 0.1, 0.01, core::ErrorForm::kSquares);
@@ -104,9 +106,7 @@ TEST(FilmFile, RestoresErrorsFromSquares) {
   EXPECT_NEAR(record->points[0].error.high, 0.25 + 0.1 + 0.01, 1e-12);
 }
 
-TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresSecondsSpentOutsideSamples) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -119,9 +119,7 @@ TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
   EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
 }
 
-TEST(FilmFile, ReadsAHeaderOfTheFirstVersion) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, ReadsAHeaderOfTheFirstVersion) {
   const std::string digest = write_two(path).second;
   std::string data = test_support::read_file(path);
   // Checkpoint 2 is in head 0: without the eight bytes after the first 64.
@@ -142,9 +140,7 @@ TEST(FilmFile, ReadsAHeaderOfTheFirstVersion) {
   EXPECT_EQ(record->elapsed_seconds, 2.0);
 }
 
-TEST(FilmFile, StoresTheArithmeticWithAnyNumberOfPoints) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, StoresTheArithmeticWithAnyNumberOfPoints) {
   core::Film film(small_film(), 2);
   fill(film, 2);
   server::FilmRecord record = record_of(2);
@@ -206,9 +202,7 @@ std::string decisions_of(const core::Film& film) {
   return text;
 }
 
-TEST(FilmFile, RestoresAdaptivePlans) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresAdaptivePlans) {
   core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -237,9 +231,7 @@ TEST(FilmFile, RestoresAdaptivePlans) {
   EXPECT_EQ(load(path, plain).error().where, "");  // clients see it
 }
 
-TEST(FilmFile, RestoresFittedCoefficients) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresFittedCoefficients) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.estimator.mis = core::MisType::kOptimal;
@@ -277,9 +269,7 @@ TEST(FilmFile, RestoresFittedCoefficients) {
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -306,8 +296,7 @@ TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, RevisionsContinueAfterARestart) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, RevisionsContinueAfterARestart) {
   write_two(folder.file("a.film"));
   core::Film film(small_film(), 2);
   ASSERT_TRUE(load(folder.file("a.film"), film));
@@ -315,8 +304,7 @@ TEST(FilmFile, RevisionsContinueAfterARestart) {
   EXPECT_EQ(film.commit(0, made_tile(film, 0, 6)), 13U);
 }
 
-TEST(FilmFile, NewFileGivesAnEmptyFilm) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, NewFileGivesAnEmptyFilm) {
   core::Film film(small_film(), 2);
   const auto record = load(folder.file("new.film"), film);
   ASSERT_TRUE(record);
@@ -324,9 +312,7 @@ TEST(FilmFile, NewFileGivesAnEmptyFilm) {
   EXPECT_TRUE(record->points.empty());
 }
 
-TEST(FilmFile, WritesOnlyChangedTiles) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, WritesOnlyChangedTiles) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -342,9 +328,7 @@ TEST(FilmFile, WritesOnlyChangedTiles) {
   EXPECT_EQ(again.digest(), film.digest());
 }
 
-TEST(FilmFile, FinalFilmReleasesItsOldSlots) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, FinalFilmReleasesItsOldSlots) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -362,9 +346,7 @@ TEST(FilmFile, FinalFilmReleasesItsOldSlots) {
 
 /// Tears the newer checkpoint: after a power loss every byte range of the file may be old or new,
 /// but data synced before is complete.
-TEST(FilmFile, TornCheckpointKeepsThePreviousOne) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, TornCheckpointKeepsThePreviousOne) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -404,9 +386,7 @@ TEST(FilmFile, TornCheckpointKeepsThePreviousOne) {
   }
 }
 
-TEST(FilmFile, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   const auto [old_digest, new_digest] = write_two(path);
   const std::string whole = test_support::read_file(path);
   int went_back = 0;
@@ -423,9 +403,7 @@ TEST(FilmFile, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, ReportsDamageToBothCheckpoints) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, ReportsDamageToBothCheckpoints) {
   write_two(path);
   std::string content = test_support::read_file(path);
   for (std::size_t i = 100; i < content.size(); i += 512) {
@@ -439,9 +417,7 @@ TEST(FilmFile, ReportsDamageToBothCheckpoints) {
 }
 
 // What cannot be read may be whole: neither an older checkpoint nor a blank film stands for it.
-TEST(FilmFile, AFailedReadIsNoDamage) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, AFailedReadIsNoDamage) {
   const std::string empty_digest = core::Film(small_film(), 2).digest();
   for (const int checkpoints : {1, 2}) {
     std::string digest = write_two(path).second;
@@ -474,9 +450,7 @@ TEST(FilmFile, AFailedReadIsNoDamage) {
   }
 }
 
-TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, TruncatedFileNeverGivesAWrongFilm) {
   const auto [old_digest, new_digest] = write_two(path);
   const std::string whole = test_support::read_file(path);
   const std::string empty_digest = core::Film(small_film(), 2).digest();
@@ -490,9 +464,7 @@ TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {
   }
 }
 
-TEST(FilmFile, RefusesAFilmOfAnotherSize) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RefusesAFilmOfAnotherSize) {
   write_two(path);
   core::FilmSettings other = small_film();
   other.width = 71;
@@ -502,9 +474,7 @@ TEST(FilmFile, RefusesAFilmOfAnotherSize) {
   EXPECT_EQ(load(path, more_replicates).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, LastCheckpointIsValidAfterAFailedWrite) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, LastCheckpointIsValidAfterAFailedWrite) {
   const std::string digest = write_two(path).second;
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
@@ -526,8 +496,7 @@ TEST(FilmFile, LastCheckpointIsValidAfterAFailedWrite) {
   EXPECT_TRUE(file->write(film, record_of(6), false));
 }
 
-TEST(FilmFile, ThinsThousandsOfPointsButKeepsTheNewest) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, ThinsThousandsOfPointsButKeepsTheNewest) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(folder.file("a.film"));
   ASSERT_TRUE(file->restore(film));

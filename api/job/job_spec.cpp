@@ -351,10 +351,6 @@ const auto& table() {
   return kTable;
 }
 
-}  // namespace
-
-namespace {
-
 /// Rounds min_samples to a count at which decisions are made, so that the spec holds the value in
 /// force. Returns false if it already was one.
 bool round_min_samples(core::RenderSettings& render) {

@@ -1,7 +1,8 @@
 #Helpers shared by the test programs.
-# Programs that load assets link core_scene_io.
-set(SUPPORT_SOURCES asset_files.cpp bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp
-  tasks.cpp)
+set(SUPPORT_SOURCES asset_files.cpp bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp
+  statistics.cpp synthetic.cpp tasks.cpp)
+# Only programs that load assets link core_scene_io.
+set_source_files_properties(support/asset_files.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 # A library that replaces Open Image Denoise, in the folder where the API tests also look for it,
 # and its helper.

@@ -7,8 +7,6 @@
 namespace api {
 namespace {
 
-using Headers = std::span<const std::string_view>;
-
 // Headers.
 constexpr std::array<std::string_view, 1> kConditional = {"If-None-Match"};
 constexpr std::array<std::string_view, 2> kFileHeaders = {"Range", "If-None-Match"};

@@ -31,7 +31,7 @@ struct Scene {
 };
 
 core::View in_box(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 1, 1);
+  core::View view = test_support::view_of(std::move(scene), 1, 1);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 6;
   return view;

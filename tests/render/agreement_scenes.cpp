@@ -30,7 +30,7 @@ core::PrimitiveDescription floor_of(int material) {
 }
 
 core::View view_at(core::SceneDescription scene, int side) {
-  core::View view = view_of(build(std::move(scene)), side, side);
+  core::View view = view_of(std::move(scene), side, side);
   look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
   view.settings.max_depth = 4;
   return view;
@@ -39,7 +39,7 @@ core::View view_at(core::SceneDescription scene, int side) {
 }  // namespace
 
 core::View box(int side) {
-  core::View view = view_of(build(cornell()), side, side);
+  core::View view = view_of(cornell(), side, side);
   look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 4;
   return view;

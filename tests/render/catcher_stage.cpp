@@ -89,7 +89,7 @@ std::vector<Subject> subjects() {
 core::View view_of(core::SceneDescription scene, GroundType kind, float reflection) {
   core::GroundSettings ground = {GroundType::kCatcher, 0.0F, kGroundColor, reflection, {}};
   core::add_ground(scene, ground);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   test_support::look_at(view, {0.5F, 7, 5}, {0, 0.5F, 0}, 50);
   view.environment = sky();
   ground.type = kind;

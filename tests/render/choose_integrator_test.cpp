@@ -77,7 +77,7 @@ TEST(BestOfPilots, LacksNoLightIfAnotherHasIt) {
 
 core::View automatic(const char* scene) {
   auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
-  core::View view = test_support::view_of(test_support::build(*std::move(description)), 48, 27);
+  core::View view = test_support::view_of(*std::move(description), 48, 27);
   view.settings.integrator = "auto";
   return view;
 }
@@ -141,7 +141,7 @@ core::View folded_sun() {
       {test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0),
        test_support::quad({-0.95F, 3.15F, 0.5F}, {0, 0, -1}, {1.9F, -1.9F, 0}, 1)});
   scene.lights.push_back(test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}));
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 48, 48);
+  core::View view = test_support::view_of(std::move(scene), 48, 48);
   view.environment = test_support::constant_sky(Rgb(0.1F));
   test_support::look_at(view, {0, 1, 0.1F}, {0, 0, 0}, 20);
   view.settings.max_depth = 4;
@@ -197,7 +197,7 @@ TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
 TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.1F;
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  core::View view = test_support::view_of(std::move(scene), 40, 40);
   view.settings.integrator = "auto";
   EXPECT_EQ(core::choose_integrator(view, false)->reason, "'path', since the scene has dispersion");
   view = automatic("cornell-box");

@@ -2,5 +2,5 @@
 # N].
 if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(contact_sheet render/contact_sheet.cpp)
-  target_link_libraries(contact_sheet PRIVATE test_support core_scene_io core_image_io core)
+  target_link_libraries(contact_sheet PRIVATE test_assets)
 endif()

@@ -285,7 +285,7 @@ Picture slab_under_white_sky(const core::MaterialDescription& m, bool is_spectra
       {m}, {test_support::quad({-kHalf, 0, kHalf}, {2 * kHalf, 0, 0}, {0, 0, -2 * kHalf}, 0),
             test_support::quad({-kHalf, -1, -kHalf}, {2 * kHalf, 0, 0}, {0, 0, 2 * kHalf}, 0)});
   scene = test_support::load(core::write_glb(scene));
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 8, 8);
+  core::View view = test_support::view_of(std::move(scene), 8, 8);
   test_support::look_at(view, {0, 5, 5}, {0, 0, 0}, 10);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 64;

@@ -111,7 +111,7 @@ TEST(GltfGlass, EveryStrategyCountsLightThroughAWindowOnce) {
   for (const core::Strategy strategy :
        {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
     for (const bool doubled : {false, true}) {  // the planted fault: a sky of 1.03 must be detected
-      core::View view = test_support::view_of(test_support::build(scene), 8, 8);
+      core::View view = test_support::view_of(scene, 8, 8);
       view.environment = test_support::constant_sky(Rgb(doubled ? 1.03F : 1.0F));
       view.settings.max_depth = 1;
       view.settings.estimator.strategy = strategy;
@@ -136,7 +136,7 @@ TEST(GltfGlass, ThinWallsReflectWithBothFaces) {
       m.base_color = Rgb(static_cast<float>(c));
       core::SceneDescription scene = test_support::stage(m);
       scene.lights.push_back(test_support::sun(test_support::towards(degrees), {1, 1, 1}));
-      core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+      core::View view = test_support::view_of(std::move(scene), 4, 4);
       test_support::look_at(view, test_support::towards(degrees, 180) * 50.0F, {0, 0, 0}, 0.01F);
       view.settings.max_depth = 1;
       const double seen = static_cast<double>(test_support::render(view, 4).mean().g);

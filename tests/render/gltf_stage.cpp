@@ -71,7 +71,7 @@ core::SceneDescription load(const core::Bytes& glb, const core::GltfOptions& opt
 }
 
 Picture shoot(core::SceneDescription scene, const Shot& shot) {
-  core::View view = view_of(build(std::move(scene)), shot.width, shot.height);
+  core::View view = view_of(std::move(scene), shot.width, shot.height);
   view.environment = shot.sky;
   view.settings.max_depth = shot.depth;
   view.settings.film.depth = shot.depth_layer;

@@ -8,7 +8,6 @@ namespace {
 
 using core::Rgb;
 using core::Strategy;
-using core::Vec3;
 using test_support::expect_truth;
 using test_support::glass;
 
@@ -18,8 +17,8 @@ constexpr double kPi = std::numbers::pi;
 core::View meter(std::vector<core::PrimitiveDescription> light) {
   light.push_back(test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))}, std::move(light))),
+      test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
+                             std::move(light)),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
@@ -63,7 +62,7 @@ core::View plates(const core::PrimitiveDescription& lamp) {
   camera.x_magnification = camera.y_magnification = 0.5F;
   camera.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0.5F, 0.5F, 0.5F}};  // looks down
   scene.cameras.push_back(camera);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 64, 64);
+  core::View view = test_support::view_of(std::move(scene), 64, 64);
   view.settings.max_depth = 1;
   return view;
 }
@@ -178,7 +177,7 @@ TEST(Punctual, PointSpotAndSunOnLambertMatchTheClosedForm) {
         test_support::scene_of({test_support::lambert({1, 0.5F, 0.25F})},
                                {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)});
     scene.lights.push_back(test.light);
-    core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+    core::View view = test_support::view_of(std::move(scene), 4, 4);
     test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 2e-5F);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
@@ -212,7 +211,7 @@ core::View under_a_pane() {
   camera.x_magnification = camera.y_magnification = 0.5F;
   camera.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0}};  // looks down
   scene.cameras.push_back(camera);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   view.settings.max_depth = 1;
   return view;
 }
@@ -251,9 +250,9 @@ TEST(Punctual, RangeEndsAtTheFirstScatteringSurface) {
 core::View slab(const core::MaterialDescription& material, float side_m = 100) {
   const float s = side_m;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {material}, {test_support::quad({-s / 2, -s / 2, 0.5F}, {s, 0, 0}, {0, s, 0}, 0),
-                       test_support::quad({-s / 2, -s / 2, -0.5F}, {0, s, 0}, {s, 0, 0}, 0)})),
+                       test_support::quad({-s / 2, -s / 2, -0.5F}, {0, s, 0}, {s, 0, 0}, 0)}),
       32, 32);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 0.01F);
   return view;
@@ -314,11 +313,10 @@ TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
   core::MaterialDescription wall = glass(1.5F, 0);
   wall.double_sided = true;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
-          {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1),
-           test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
-           test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+      test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
+                             {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1),
+                              test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
+                              test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)}),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.3F}, {0, 0, 0}, 0.001F);
   const double direct = through_a_wall(0, 0);

@@ -31,7 +31,7 @@ core::PrimitiveDescription square() {
 }
 
 core::View stage(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
   view.settings.meter.points = {{{0, 0, 0}, {0, 1, 0}}};
@@ -273,7 +273,7 @@ TEST(Meter, IntervalsContainTheTruthInNinetyFivePercent) {
 }
 
 core::View box() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 40);
+  core::View view = test_support::view_of(test_support::cornell(), 40, 40);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.meter.points = {{{0.5F, 0.001F, 0.5F}, {0, 1, 0}}};
   view.settings.meter.plane = {{0.1F, 0.5F, 0.1F}, {0, 0, 0.8F}, {0.8F, 0, 0}, 7, 5};
@@ -327,9 +327,9 @@ TEST(Meter, CellsOfAPlaneFollowThePointsRowByRow) {
 // The layer is the irradiance on the floor, independent of the floor's colour.
 TEST(IrradianceLayer, ShowsTheIrradianceOnTheFirstSurface) {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert({0.2F, 0.5F, 0}), test_support::emitter(Rgb(1))},
-          {square(), test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+          {square(), test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)}),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;

@@ -19,10 +19,8 @@ using test_support::expect_truth;
 TEST(Metropolis, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)}), 24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings.integrator = "mlt";
   for (const int depth : {0, 1, 2, 32}) {

@@ -99,7 +99,7 @@ View behind_panes(int panes) {
       test_support::scene_of({test_support::lambert(Rgb(0.5F)), pane}, things);
   scene.lights.push_back(test_support::directional(
       core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)}), Rgb(core::kPi)));
-  View view = test_support::view_of(test_support::build(std::move(scene)), 16, 16);
+  View view = test_support::view_of(std::move(scene), 16, 16);
   test_support::look_at(view, {0, 1, 0.2F}, {0, 0, 0}, 40);
   view.settings.max_depth = 1;
   return view;

@@ -29,7 +29,7 @@ constexpr float kViewWidth = 0.8F;  // of the floor
 
 /// Looks straight down at the floor from a height of 1 m; columns run along x around 0.
 core::View floor_view(core::SceneDescription scene, const char* integrator, int max_depth) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kColumns, kRows);
+  core::View view = test_support::view_of(std::move(scene), kColumns, kRows);
   const float half = kViewWidth / 2 * kRows / kColumns;
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},
                         2 * std::atan(half) * 180 / std::numbers::pi_v<float>);
@@ -140,12 +140,12 @@ TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
 // bends is no caustic, for it has come from the lamp over a diffuse surface.
 TEST(Merging, CausticsBeginAtLightsAndNotAtDiffuseSurfaces) {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert(Rgb(0.6F)), test_support::glass(), test_support::emitter(Rgb(12))},
           {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
            test_support::quad({-1, 2.5F, -1}, {2, 0, 0}, {0, 0, 2}, 0),
            test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
-           test_support::quad({-0.5F, 1.8F, 0.5F}, {1, 0, 0}, {0, 0, -1}, 2)})),
+           test_support::quad({-0.5F, 1.8F, 0.5F}, {1, 0, 0}, {0, 0, -1}, 2)}),
       24, 24);
   test_support::look_at(view, {0, 1.2F, 2}, {0, 0.2F, 0}, 40);
   view.settings.max_depth = 8;
@@ -347,10 +347,8 @@ constexpr std::array<Mode, 6> kModes = {{{"sppm", 1},
 TEST(PhotonMapping, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)}), 24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings.photons.radius_m = 0.1F;
   view.settings.photons.paths = 1 << 14;

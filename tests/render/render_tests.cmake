@@ -45,3 +45,4 @@ list(APPEND RENDER_TEST_SOURCES
   gltf_terminator_test.cpp
   gltf_texture_slots_test.cpp
   gltf_textures_test.cpp)
+set(RENDER_TEST_LIBRARIES test_assets)

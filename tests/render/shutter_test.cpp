@@ -82,7 +82,7 @@ class File {
 
 core::View view_of(core::SceneDescription scene, double shutter_seconds,
                    const std::string& integrator = "path") {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSize, kSize);
+  core::View view = test_support::view_of(std::move(scene), kSize, kSize);
   view.settings.integrator = integrator;
   view.settings.max_depth = 1;
   view.settings.shutter_seconds = shutter_seconds;

@@ -47,7 +47,7 @@ core::View folded_sun(float irradiance, const char* integrator = "path") {
   scene.lights.push_back(
       test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}, Rgb(irradiance)));
   scene.lights[0].name = "sun";
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 8);
+  core::View view = test_support::view_of(std::move(scene), 32, 8);
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},
                         2 * std::atan(0.1F) * 180 / std::numbers::pi_v<float>);
   view.camera.up = Vec3{0, 0, -1};
@@ -60,9 +60,8 @@ core::View folded_sun(float irradiance, const char* integrator = "path") {
 core::View closed_sphere() {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(1);
-  core::View view = test_support::view_of(test_support::build(test_support::scene_of(
-                                              {lamp}, {test_support::sphere({}, 1, 48, true, 0)})),
-                                          32, 16);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({}, 1, 48, true, 0)}), 32, 16);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 40);
   view.settings.max_depth = 3;
   return view;

@@ -105,8 +105,8 @@ core::View lamps(int replicates, int block, int history) {
                                         {0, 0, 0.06F}, 1));
   }
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))}, things)),
+      test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))},
+                             things),
       kWidth, kHeight);
   test_support::look_at(view, {0, 0.9F, 2}, {0, 0, 0.1F}, 24);
   view.settings.light_sampler = core::LightSamplerType::kRestir;

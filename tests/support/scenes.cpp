@@ -15,8 +15,6 @@ namespace test_support {
 using core::Rgb;
 using core::Vec3;
 
-namespace {}  // namespace
-
 core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool inward,
                                   int material) {
   core::PrimitiveDescription p;
@@ -193,6 +191,10 @@ core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int heig
   return view;
 }
 
+core::View view_of(core::SceneDescription scene, int width, int height) {
+  return view_of(build(std::move(scene)), width, height);
+}
+
 void look_at(core::View& view, Vec3 from, Vec3 to, float fov_degrees) {
   view.camera.position = from;
   view.camera.target = to;
@@ -200,7 +202,7 @@ void look_at(core::View& view, Vec3 from, Vec3 to, float fov_degrees) {
 }
 
 core::View cornell_view(int width, int height, float fov_degrees, float height_m) {
-  core::View view = view_of(build(cornell()), width, height);
+  core::View view = view_of(cornell(), width, height);
   look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, height_m, 0}, fov_degrees);
   return view;
 }

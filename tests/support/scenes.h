@@ -52,6 +52,7 @@ std::shared_ptr<const core::Environment> sky_map(int width, int height,
 
 /// A view with box filter and no auxiliary layers.
 core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int height);
+core::View view_of(core::SceneDescription scene, int width, int height);
 void look_at(core::View& view, core::Vec3 from, core::Vec3 to, float fov_degrees);
 
 struct Picture {

@@ -352,7 +352,7 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
 
 TEST(Filter, KeepsAConstantImageConstant) {
   for (const auto& row : core::filters()) {
-    core::View view = test_support::view_of(test_support::build({}), 16, 16);
+    core::View view = test_support::view_of(core::SceneDescription(), 16, 16);
     view.environment = test_support::constant_sky({0.3F, 1, 7});
     view.settings.film.filter = {row.value, 2};
     const auto picture = test_support::render(view, 64);

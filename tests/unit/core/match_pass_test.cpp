@@ -31,7 +31,7 @@ core::SceneDescription stage(float card_x) {
   return out;
 }
 core::View seen_from(float eye_x, float card_x = 0) {
-  core::View view = test_support::view_of(test_support::build(stage(card_x)), kSide, kSide);
+  core::View view = test_support::view_of(stage(card_x), kSide, kSide);
   test_support::look_at(view, {eye_x, 0, kEye}, {eye_x, 0, 0}, 40);
   return view;
 }

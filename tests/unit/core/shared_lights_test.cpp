@@ -13,7 +13,6 @@
 
 namespace {
 
-using core::Film;
 using core::RenderTask;
 using test_support::renderer_of;
 using test_support::samples;

@@ -181,13 +181,10 @@ void read_scopes(const Json& value, KeyRequest& out, const std::string& pointer,
 
 const auto& key_request_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-          "Display name."),
-      text(
-          "tenant", [](auto& s) -> auto& { return s.tenant; }, {1, kTenantCharacters},
-          "Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, "
-          "give its tenant."),
+      required_text("name", &KeyRequest::name, {1, limits::kNameCharacters}, "Display name."),
+      text("tenant", &KeyRequest::tenant, {1, kTenantCharacters},
+           "Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, "
+           "give its tenant."),
       CustomRow<KeyRequest>{
           "scopes", &read_scopes,
           [](const KeyRequest& body, Json& json) { json["scopes"] = body.scopes; },
@@ -199,15 +196,11 @@ const auto& key_request_table() {
             schema["default"] = defaults.scopes;
             return schema;
           }},
-      number(
-          "rate_limit", [](auto& s) -> auto& { return s.rate_limit; }, {0, kRateMax},
-          "Requests per minute; 0: no limit; null: the server's default."),
-      number(
-          "max_priority", [](auto& s) -> auto& { return s.max_priority; }, {0, limits::kPriority},
-          "Maximum priority of its jobs."),
-      number(
-          "days", [](auto& s) -> auto& { return s.days; }, {1, kDaysMax},
-          "Days until the key expires; null: never."),
+      number("rate_limit", &KeyRequest::rate_limit, {0, kRateMax},
+             "Requests per minute; 0: no limit; null: the server's default."),
+      number("max_priority", &KeyRequest::max_priority, {0, limits::kPriority},
+             "Maximum priority of its jobs."),
+      number("days", &KeyRequest::days, {1, kDaysMax}, "Days until the key expires; null: never."),
   };
   return kTable;
 }
@@ -218,9 +211,8 @@ struct TestRequest {
 
 const auto& test_request_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
-          "Address to which a call of type `test` is sent."),
+      required_text("url", &TestRequest::url, {1, limits::kWebhookUrlCharacters},
+                    "Address to which a call of type `test` is sent."),
   };
   return kTable;
 }

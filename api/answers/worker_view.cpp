@@ -34,18 +34,13 @@ void read_units(const Json& value, WorkerReport& out, const std::string& pointer
 
 const auto& report_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "build", [](auto& s) -> auto& { return s.build; }, {1, kTextCharacters},
-          "Id of the worker's build."),
-      required_text(
-          "arithmetic", [](auto& s) -> auto& { return s.arithmetic; }, {1, kTextCharacters},
-          "Arithmetic class of the worker."),
-      number(
-          "threads", [](auto& s) -> auto& { return s.threads; }, {1, limits::kWorkerThreads},
-          "Units that it renders concurrently."),
-      flag(
-          "draining", [](auto& s) -> auto& { return s.draining; },
-          "The worker takes no more units."),
+      required_text("build", &WorkerReport::build, {1, kTextCharacters},
+                    "Id of the worker's build."),
+      required_text("arithmetic", &WorkerReport::arithmetic, {1, kTextCharacters},
+                    "Arithmetic class of the worker."),
+      number("threads", &WorkerReport::threads, {1, limits::kWorkerThreads},
+             "Units that it renders concurrently."),
+      flag("draining", &WorkerReport::draining, "The worker takes no more units."),
       CustomRow<WorkerReport>{
           "units", &read_units,
           [](const WorkerReport& report, Json& json) { json["units"] = report.units; },
@@ -59,12 +54,9 @@ const auto& report_table() {
 
 const auto& unit_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters},
-          "Id of the worker."),
-      text(
-          "fault", [](auto& s) -> auto& { return s.fault; }, {0, limits::kNameCharacters},
-          "Why a returned unit was not rendered; empty: not because of a fault."),
+      required_text("worker", &UnitRequest::worker, {1, kTextCharacters}, "Id of the worker."),
+      text("fault", &UnitRequest::fault, {0, limits::kNameCharacters},
+           "Why a returned unit was not rendered; empty: not because of a fault."),
   };
   return kTable;
 }

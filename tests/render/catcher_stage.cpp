@@ -77,7 +77,7 @@ std::vector<Subject> subjects() {
        sky()},
       {"glass", scene_of({glass}, {sphere({0, 1, 0}, 1, 12, false, 0)}), sky()},
       {"lamp",
-       scene_of({emitter({3, 2, 1}), mirror()},
+       scene_of({emitter({3, 2, 1}), test_support::mirror()},
                 {sphere({0.3F, 0.5F, 0.6F}, 0.25F, 8, false, 0),
                  quad({-1.2F, 0.1F, -0.8F}, {2.4F, 0, 0}, {0, 1.8F, 0}, 1)}),
        nullptr}};

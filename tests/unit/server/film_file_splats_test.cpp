@@ -1,15 +1,15 @@
 #include <gtest/gtest.h>
 
 #include "server/store/film_file.h"
-#include "tests/unit/server/server_test_support.h"
+#include "tests/unit/server/film_files.h"
 
 namespace {
 
 using server::FilmFile;
 using server::FilmRecord;
+using test_support::FilmFiles;
 using test_support::made_tile;
 using test_support::small_film;
-using test_support::TemporaryFolder;
 
 /// Adds the pixels of tiles without samples, as restoring a checkpoint with splats does.
 void fill_missing(core::Film& film) {
@@ -17,12 +17,6 @@ void fill_missing(core::Film& film) {
     film.restore(tile, film.tile(tile), film.tile_revision(tile));
   }
 }
-
-class FilmFiles : public testing::Test {
- protected:
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
-};
 
 TEST_F(FilmFiles, RestoresSplatsWithTheirLightSamples) {
   const auto made = [] {

@@ -9,15 +9,16 @@
 #include <zlib.h>
 
 #include "tests/unit/server/failing_reads.h"
+#include "tests/unit/server/film_files.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
 
 using server::FilmFile;
 using server::FilmRecord;
+using test_support::FilmFiles;
 using test_support::made_tile;
 using test_support::small_film;
-using test_support::TemporaryFolder;
 
 FilmRecord record_of(int samples) {
   FilmRecord record;
@@ -62,12 +63,6 @@ std::uint64_t blocks_of(const std::string& path) {
   EXPECT_EQ(::stat(path.c_str(), &info), 0);
   return static_cast<std::uint64_t>(info.st_blocks);
 }
-
-class FilmFiles : public testing::Test {
- protected:
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
-};
 
 TEST_F(FilmFiles, RestoresAFilmBitForBit) {
   const std::string digest = write_two(path).second;

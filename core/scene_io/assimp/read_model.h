@@ -1,6 +1,7 @@
 /// Reads a model by libassimp and writes it as a GLB.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 

@@ -79,11 +79,10 @@ const auto& batch_table() {
       CustomRow<Body>{"matrix", &read_matrix,
                       [](const Body& body, Json& object) { object["matrix"] = body.matrix; },
                       &matrix_schema, true},
-      text(
-          "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-          "Pattern of the jobs' names. {variant} is replaced by the value of a member, given by "
-          "its path or the last part of it; {index} counts from 1. Empty: the values of the "
-          "matrix."),
+      text("name", &Body::name, {0, limits::kNameCharacters},
+           "Pattern of the jobs' names. {variant} is replaced by the value of a member, given by "
+           "its path or the last part of it; {index} counts from 1. Empty: the values of the "
+           "matrix."),
       CustomRow<Body>{
           "webhook",
           [](const Json& value, Body& out, const std::string& pointer, Faults& faults) {

@@ -7,7 +7,6 @@
 /// of the matrix or its last part, or the path of any other member; {index} counts from 1.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <span>
 #include <string>

@@ -34,7 +34,7 @@ Json schema_of(std::string_view schema) {
   return {{"$ref", "#/components/schemas/" + std::string(schema)}};
 }
 
-Json content_of(std::span<const ContentRow> rows) {
+Json content_of(const Rows<ContentRow>& rows) {
   Json content = Json::object();
   for (const ContentRow& row : rows) {
     content[std::string(row.media_type)] = {{"schema", schema_of(row.schema)}};
@@ -240,13 +240,7 @@ Json tags() {
   };
   Json list = Json::array();
   for (const Tag& tag : kTags) {
-    const auto used = [&tag](const Operation& operation) {
-      return operation.available && operation.tag == tag.name;
-    };
-    const auto all = operations();
-    if (std::any_of(all.begin(), all.end(), used)) {
-      list.push_back({{"name", tag.name}, {"description", tag.doc}});
-    }
+    list.push_back({{"name", tag.name}, {"description", tag.doc}});
   }
   return list;
 }
@@ -256,12 +250,8 @@ Json components() {
   schemas["JobRequest"] = as_request(job_request_schema());
   schemas["JobPatch"] = as_request(job_patch_schema());
   schemas["SceneFromAssets"] = as_request(scene_from_assets_schema());
-  if (find_operation("extendJob")->available) {
-    schemas["ExtendRequest"] = as_request(extend_schema());
-  }
-  if (find_operation("mergeFilms")->available) {
-    schemas["MergeRequest"] = as_request(merge_schema());
-  }
+  schemas["ExtendRequest"] = as_request(extend_schema());
+  schemas["MergeRequest"] = as_request(merge_schema());
   add_preset_schemas(schemas);
   schemas["TicketRequest"] = as_request(ticket_request_schema());
   schemas["LabRequest"] = as_request(lab_request_schema());
@@ -269,11 +259,7 @@ Json components() {
   add_tenant_schemas(schemas);
   add_worker_schemas(schemas);
   add_batch_schemas(schemas);
-  if (find_operation("createComparison")->available) {
-    schemas["ComparisonRequest"] = as_request(comparison_request_schema());
-  } else {
-    schemas.erase("Comparison");
-  }
+  schemas["ComparisonRequest"] = as_request(comparison_request_schema());
   name_parts(schemas);
   for (const auto& schema : schemas.items()) {
     if (const Json example = example_of(schema.key()); !example.is_null()) {
@@ -323,9 +309,7 @@ Json openapi_document(const Capabilities& capabilities, std::string_view version
   document["tags"] = tags();
   Json paths = Json::object();
   for (const Operation& operation : operations()) {
-    if (operation.available) {
-      add_operation(paths, operation, capabilities);
-    }
+    add_operation(paths, operation, capabilities);
   }
   document["paths"] = std::move(paths);
   document["components"] = components();

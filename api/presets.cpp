@@ -84,10 +84,9 @@ const auto& preset_table() {
             return basic_schema("object", "A JobRequest without `scene`; class normal.");
           },
           true},
-      flag(
-          "public", [](auto& s) -> auto& { return s.is_public; },
-          "Images need no signature, in the film's size and in those of `sizes`. The name must be "
-          "free among the public presets of all tenants."),
+      flag("public", &Preset::is_public,
+           "Images need no signature, in the film's size and in those of `sizes`. The name must be "
+           "free among the public presets of all tenants."),
       CustomRow<Preset>{"sizes", &read_sizes,
                         [](const Preset& preset, Json& object) { object["sizes"] = preset.sizes; },
                         [](const Preset&) {
@@ -102,12 +101,11 @@ const auto& preset_table() {
                           return schema;
                         }},
       number(
-          "deadline_seconds", [](auto& s) -> auto& { return s.deadline_seconds; },
-          {0, limits::kWaitSeconds, true},
+          "deadline_seconds", &Preset::deadline_seconds, {0, limits::kWaitSeconds, true},
           "The first request of an image waits at most this long (and at most --max-wait); then it "
           "gets the image as it is, if every pixel has a sample, or 503."),
       flag(
-          "turntable", [](auto& s) -> auto& { return s.is_turntable; },
+          "turntable", &Preset::is_turntable,
           "The model has the same size at every theta, for images that turn it: the least distance "
           "at which 8% of each side are free from all around. Otherwise each angle has its own."),
   };
@@ -117,15 +115,11 @@ const auto& preset_table() {
 const auto& url_table() {
   constexpr Range kSide = {1, limits::kFilmSide};
   static constexpr auto kTable = std::tuple{
-      number(
-          "w", [](auto& s) -> auto& { return s.width; }, kSide,
-          "Width; the height follows from the preset's film if it is absent."),
-      number(
-          "h", [](auto& s) -> auto& { return s.height; }, kSide,
-          "Height; the width follows likewise."),
-      number(
-          "dpr", [](auto& s) -> auto& { return s.pixel_ratio; }, {0, kPixelRatioMax, true},
-          "Pixels for each unit of w and h."),
+      number("w", &PictureUrl::width, kSide,
+             "Width; the height follows from the preset's film if it is absent."),
+      number("h", &PictureUrl::height, kSide, "Height; the width follows likewise."),
+      number("dpr", &PictureUrl::pixel_ratio, {0, kPixelRatioMax, true},
+             "Pixels for each unit of w and h."),
   };
   return kTable;
 }

@@ -184,17 +184,13 @@ void check_denoise(const std::string& id, DenoiseShow denoise, const std::string
 
 const auto& comparison_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "a", [](auto& s) -> auto& { return s.a; }, {1, 64}, kIdDoc),
-      required_text(
-          "b", [](auto& s) -> auto& { return s.b; }, {1, 64}, kIdDoc),
+      required_text("a", &ComparisonRequest::a, {1, 64}, kIdDoc),
+      required_text("b", &ComparisonRequest::b, {1, 64}, kIdDoc),
       choice(
-          "a_denoise", [](auto& s) -> auto& { return s.a_denoise; }, &denoise_shows,
+          "a_denoise", &ComparisonRequest::a_denoise, &denoise_shows,
           "Which image of job a. For a denoised image the errors of individual pixels are unknown, "
           "so bias.low, bias.high and z are null."),
-      choice(
-          "b_denoise", [](auto& s) -> auto& { return s.b_denoise; }, &denoise_shows,
-          "Which image of job b."),
+      choice("b_denoise", &ComparisonRequest::b_denoise, &denoise_shows, "Which image of job b."),
   };
   return kTable;
 }

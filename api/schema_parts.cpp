@@ -1,7 +1,6 @@
 #include "api/schema_parts.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>

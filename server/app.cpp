@@ -1,7 +1,6 @@
 #include "server/app.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>

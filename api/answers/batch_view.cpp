@@ -90,23 +90,22 @@ const View<BatchMember>& member_view() {
   static const View<BatchMember> kView = {
       "BatchJob",
       "A job of a batch.",
-      {{"id", shape::text("Id of the job."), [](const BatchMember& m) -> Json { return m.id; }},
-       {"name", shape::text(), [](const BatchMember& m) -> Json { return m.name; }},
+      {{"id", shape::text("Id of the job."), print_member<&BatchMember::id>},
+       {"name", shape::text(), print_member<&BatchMember::name>},
        {"state", shape::text("State of the job."),
         [](const BatchMember& m) -> Json { return to_text(m.state); }},
        {"fraction", shape::real(),
         [](const BatchMember& m) -> Json { return number_json(m.fraction); }},
        {"revision", shape::count("Number of changes of its image; 0: there is no image yet."),
-        [](const BatchMember& m) -> Json { return m.revision; }},
+        print_member<&BatchMember::revision>},
        {"values", shape::object("Values that the matrix assigned to it."),
         [](const BatchMember& m) { return Json::parse(m.values); }}}};
   return kView;
 }
 
 std::vector<ViewRow<BatchView>> common_rows() {
-  return {{"id", shape::text(), [](const BatchView& b) -> Json { return b.id; }},
-          {"name", shape::text("The pattern of the jobs' names."),
-           [](const BatchView& b) -> Json { return b.name; }},
+  return {{"id", shape::text(), print_member<&BatchView::id>},
+          {"name", shape::text("The pattern of the jobs' names."), print_member<&BatchView::name>},
           {"state",
            shape::one_of({"queued", "rendering", "paused", "failed", "cancelled", "finished"},
                          "Once all jobs have ended: failed if any failed or is damaged, otherwise "
@@ -117,7 +116,7 @@ std::vector<ViewRow<BatchView>> common_rows() {
           {"progress", progress_shape(), &progress_json},
           {"counts", counts_shape(), &counts_json},
           {"flicker", shape::nullable(flicker_view().shape()), &flicker_of},
-          {"damaged", damaged_shape(), [](const BatchView& b) -> Json { return b.damaged; }},
+          {"damaged", damaged_shape(), print_member<&BatchView::damaged>},
           {"links", shape::map(shape::text(), "Paths of related resources."), &links_json}};
 }
 

@@ -13,16 +13,16 @@ const View<CostView>& cost_view() {
       "",
       "Estimate from a pilot of at most half a second.",
       {{"seconds", shape::real("Rendering time on an idle server."),
-        [](const CostView& c) { return number_json(c.seconds); }},
+        print_number<&CostView::seconds>},
        {"seconds_low", shape::real("Lower end of the interval."),
-        [](const CostView& c) { return number_json(c.seconds_low); }},
+        print_number<&CostView::seconds_low>},
        {"seconds_high", shape::real("Upper end of the interval."),
-        [](const CostView& c) { return number_json(c.seconds_high); }},
+        print_number<&CostView::seconds_high>},
        {"confidence", shape::real("Confidence level of the interval."),
-        [](const CostView& c) { return number_json(c.confidence); }},
-       {"cpu_seconds", shape::real(), [](const CostView& c) { return number_json(c.cpu_seconds); }},
+        print_number<&CostView::confidence>},
+       {"cpu_seconds", shape::real(), print_number<&CostView::cpu_seconds>},
        {"samples_per_pixel", shape::real("Estimated samples per pixel required."),
-        [](const CostView& c) { return number_json(c.samples_per_pixel); }},
+        print_number<&CostView::samples_per_pixel>},
        {"memory_bytes", shape::real("Film and scene."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
        {"memory_bytes_low", shape::real("Memory of the film."),
@@ -31,7 +31,7 @@ const View<CostView>& cost_view() {
         shape::real("Memory reserved at admission: the larger of loading and rendering."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
        {"pilot_cpu_seconds", shape::real("CPU time of the pilot."),
-        [](const CostView& c) { return number_json(c.pilot_cpu_seconds); }}}};
+        print_number<&CostView::pilot_cpu_seconds>}}};
   return kView;
 }
 

@@ -40,23 +40,6 @@ constexpr std::array kEvents = {
     EventRow{EventType::kOverloaded, "overloaded", false},
 };
 
-}  // namespace
-
-std::string_view to_text(EventType type) { return kEvents[static_cast<std::size_t>(type)].name; }
-std::optional<EventType> event_type_from_text(std::string_view text) {
-  for (const EventRow& row : kEvents) {
-    if (row.name == text) {
-      return row.type;
-    }
-  }
-  return {};
-}
-bool is_durable(EventType type) { return kEvents[static_cast<std::size_t>(type)].durable; }
-
-std::string snapshot_event(const JobView& job) { return job_json(job); }
-
-namespace {
-
 const View<JobView>& state_event_view() {
   static const View<JobView> kView = {
       "StateEvent",
@@ -66,15 +49,9 @@ const View<JobView>& state_event_view() {
        stop_reason_row(),
        queue_position_row(),
        {"spec_version", shape::count("Number of changes of `spec`."),
-        [](const JobView& j) -> Json { return j.spec_version; }}}};
+        print_member<&JobView::spec_version>}}};
   return kView;
 }
-
-}  // namespace
-
-std::string state_event(const JobView& job) { return dump(state_event_view().print(job)); }
-
-namespace {
 
 const View<JobView>& progress_event_view() {
   static const View<JobView> kView = {
@@ -84,12 +61,6 @@ const View<JobView>& progress_event_view() {
        revision_row(), available_row(), denoised_row()}};
   return kView;
 }
-
-}  // namespace
-
-std::string progress_event(const JobView& job) { return dump(progress_event_view().print(job)); }
-
-namespace {
 
 std::string tile_url(const TileEventView& view) {
   const core::PixelRect& rect = view.tile.rect;
@@ -121,14 +92,6 @@ const View<TileEventView>& tile_event_view() {
   return kView;
 }
 
-}  // namespace
-
-std::string tile_event(std::string_view job_id, const TileEvent& tile) {
-  return dump(tile_event_view().print({job_id, tile}));
-}
-
-namespace {
-
 const View<std::string_view>& warning_event_view() {
   static const View<std::string_view> kView = {
       "WarningEvent",
@@ -136,14 +99,6 @@ const View<std::string_view>& warning_event_view() {
       {{"message", shape::text(), [](const std::string_view& text) -> Json { return text; }}}};
   return kView;
 }
-
-}  // namespace
-
-std::string warning_event(std::string_view message) {
-  return dump(warning_event_view().print(message));
-}
-
-namespace {
 
 const View<JobView>& end_event_view() {
   static const View<JobView> kView = {
@@ -153,12 +108,6 @@ const View<JobView>& end_event_view() {
        error_estimate_row(), light_not_found_row(), failure_row()}};
   return kView;
 }
-
-}  // namespace
-
-std::string end_event(const JobView& job) { return dump(end_event_view().print(job)); }
-
-namespace {
 
 const View<WebhookView>& webhook_view() {
   static const View<WebhookView> kView = {
@@ -172,14 +121,6 @@ const View<WebhookView>& webhook_view() {
   return kView;
 }
 
-}  // namespace
-
-std::string webhook_body(EventType type, double unix_seconds, const JobView& job) {
-  return dump(webhook_view().print({type, unix_seconds, job}));
-}
-
-namespace {
-
 const View<std::string_view>& reset_event_view() {
   static const View<std::string_view> kView = {
       "ResetEvent",
@@ -187,12 +128,6 @@ const View<std::string_view>& reset_event_view() {
       {{"reason", shape::text(), [](const std::string_view& text) -> Json { return text; }}}};
   return kView;
 }
-
-}  // namespace
-
-std::string reset_event(std::string_view reason) { return dump(reset_event_view().print(reason)); }
-
-namespace {
 
 const View<OverloadedView>& overloaded_event_view() {
   static const View<OverloadedView> kView = {
@@ -203,11 +138,44 @@ const View<OverloadedView>& overloaded_event_view() {
           return "Too many streams are open; try again later.";
         }},
        {"retry_after_seconds", shape::count(),
-        [](const OverloadedView& o) -> Json { return o.retry_after_seconds; }}}};
+        print_member<&OverloadedView::retry_after_seconds>}}};
   return kView;
 }
 
 }  // namespace
+
+std::string_view to_text(EventType type) { return kEvents[static_cast<std::size_t>(type)].name; }
+std::optional<EventType> event_type_from_text(std::string_view text) {
+  for (const EventRow& row : kEvents) {
+    if (row.name == text) {
+      return row.type;
+    }
+  }
+  return {};
+}
+bool is_durable(EventType type) { return kEvents[static_cast<std::size_t>(type)].durable; }
+
+std::string snapshot_event(const JobView& job) { return job_json(job); }
+
+std::string state_event(const JobView& job) { return dump(state_event_view().print(job)); }
+
+std::string progress_event(const JobView& job) { return dump(progress_event_view().print(job)); }
+
+std::string tile_event(std::string_view job_id, const TileEvent& tile) {
+  return dump(tile_event_view().print({job_id, tile}));
+}
+
+std::string warning_event(std::string_view message) {
+  return dump(warning_event_view().print(message));
+}
+
+std::string end_event(const JobView& job) { return dump(end_event_view().print(job)); }
+
+std::string webhook_body(EventType type, double unix_seconds, const JobView& job) {
+  return dump(webhook_view().print({type, unix_seconds, job}));
+}
+
+std::string reset_event(std::string_view reason) { return dump(reset_event_view().print(reason)); }
 
 std::string overloaded_event(int retry_after_seconds) {
   return dump(overloaded_event_view().print({retry_after_seconds}));

@@ -1,7 +1,5 @@
 #include "api/answers/film_view.h"
 
-#include <array>
-
 #include <nlohmann/json.hpp>
 
 #include "api/answers/views.h"

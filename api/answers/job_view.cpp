@@ -63,37 +63,6 @@ std::optional<Enum> from_text(const std::array<std::string_view, N>& texts, std:
   return static_cast<Enum>(found - texts.begin());
 }
 
-}  // namespace
-
-std::string_view to_text(JobState state) { return kStates[static_cast<std::size_t>(state)]; }
-std::optional<JobState> job_state_from_text(std::string_view text) {
-  return from_text<JobState>(kStates, text);
-}
-bool is_final(JobState state) {
-  return state == JobState::kFinished || state == JobState::kFailed ||
-         state == JobState::kCancelled;
-}
-std::string_view to_text(PauseReason reason) {
-  return kPauseReasons[static_cast<std::size_t>(reason)];
-}
-std::optional<PauseReason> pause_reason_from_text(std::string_view text) {
-  return from_text<PauseReason>(kPauseReasons, text);
-}
-std::string_view to_text(core::StopReason reason) {
-  return kReasons[static_cast<std::size_t>(reason)];
-}
-std::optional<core::StopReason> stop_reason_from_text(std::string_view text) {
-  return from_text<core::StopReason>(kReasons, text);
-}
-
-core::Progress JobView::nothing_rendered() {
-  core::Progress progress;
-  progress.error = core::unknown_error();
-  return progress;
-}
-
-namespace {
-
 double shown_fraction(const JobView& job) {
   // Stays below 1 until the end, even after rounding to the four digits of a progress bar.
   constexpr double kNearlyDone = 0.9999;
@@ -123,7 +92,78 @@ const View<JobView>& samples_view() {
   return kView;
 }
 
+core::ErrorInterval image_error(const JobView& job) {
+  return job.spec.has_image ? job.progress.error : core::unknown_error();
+}
+
+bool has_interval(const JobView& job) {
+  return core::error_is_valid(job.progress.error, job.spec.render);
+}
+
+Json interval_end(const JobView& job, double value) {
+  return has_interval(job) ? number_json(value) : Json(nullptr);
+}
+
+Json radius_ratio_json(const JobView& job) {
+  const core::RenderSettings& render = job.spec.render;
+  const int samples = job.progress.samples_max;
+  return samples > 0 && core::radius_shrinks(render)
+             ? number_json(core::radius_ratio(render, samples))
+             : Json(nullptr);
+}
+
+bool can_be_denoised(const JobView& job) {
+  const bool has_ended = is_final(job.state);
+  return job.spec.denoise.type != core::DenoiserType::kNone &&
+         (has_ended || job.spec.denoise.preview) &&
+         job.progress.samples_min >= denoising_samples(has_ended);
+}
+
+Json available_parts(const JobView& job) {
+  Json parts = Json::array();
+  if (job.film_is_evicted) {
+    return parts;
+  }
+  if (job.spec.has_image && job.progress.revision > 0) {
+    parts.push_back("image");
+    if (can_be_denoised(job)) {
+      parts.push_back("denoised");
+    }
+  }
+  if (job.progress.has_meter_readings) {
+    parts.push_back("meter");
+  }
+  return parts;
+}
+
 }  // namespace
+
+std::string_view to_text(JobState state) { return kStates[static_cast<std::size_t>(state)]; }
+std::optional<JobState> job_state_from_text(std::string_view text) {
+  return from_text<JobState>(kStates, text);
+}
+bool is_final(JobState state) {
+  return state == JobState::kFinished || state == JobState::kFailed ||
+         state == JobState::kCancelled;
+}
+std::string_view to_text(PauseReason reason) {
+  return kPauseReasons[static_cast<std::size_t>(reason)];
+}
+std::optional<PauseReason> pause_reason_from_text(std::string_view text) {
+  return from_text<PauseReason>(kPauseReasons, text);
+}
+std::string_view to_text(core::StopReason reason) {
+  return kReasons[static_cast<std::size_t>(reason)];
+}
+std::optional<core::StopReason> stop_reason_from_text(std::string_view text) {
+  return from_text<core::StopReason>(kReasons, text);
+}
+
+core::Progress JobView::nothing_rendered() {
+  core::Progress progress;
+  progress.error = core::unknown_error();
+  return progress;
+}
 
 Json job_state_schema() {
   return shape::one_of({kStates.begin(), kStates.end()}, "The state of a job.");
@@ -157,10 +197,6 @@ bool is_ended_by_error(const JobView& job) {
   return core::is_by_error(job.stop_reason) || job.samples_by_error > 0;
 }
 
-static bool has_interval(const JobView& job) {
-  return core::error_is_valid(job.progress.error, job.spec.render);
-}
-
 DenoisedView promised(DenoisedView denoised, const JobView& job) {
   // Errors that ended the job were selected by their value: only their upper bound holds.
   for (core::ErrorInterval* error : {&denoised.mixed, &denoised.full}) {
@@ -182,18 +218,6 @@ std::string_view bias_of(const JobView& job) {
   return bias_of(job.spec.render, is_ended_by_error(job));
 }
 
-namespace {
-
-core::ErrorInterval image_error(const JobView& job) {
-  return job.spec.has_image ? job.progress.error : core::unknown_error();
-}
-
-Json interval_end(const JobView& job, double value) {
-  return has_interval(job) ? number_json(value) : Json(nullptr);
-}
-
-}  // namespace
-
 const View<JobView>& error_view() {
   static const View<JobView> kView = {
       "ErrorEstimate",
@@ -210,10 +234,10 @@ const View<JobView>& error_view() {
        {"high", shape::nullable(shape::real("Upper end of the interval.")),
         [](const JobView& j) { return interval_end(j, image_error(j).high); }},
        {"grain",
-        shape::nullable(shape::real(
-            "Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By comparison: "
-            "0.8 times the mean root of (I - U)(I - V), relative, for two unbiased "
-            "images U and V; `relative` is then the same.")),
+        shape::nullable(
+            shape::real("Mean over pixels of r = sum |A - B| / sum (|A| + |B| + 2 F). By "
+                        "comparison: 0.8 times the mean root of (I - U)(I - V), relative, for two "
+                        "unbiased images U and V; `relative` is then the same.")),
         [](const JobView& j) { return number_json(image_error(j).grain); }},
        {"doubt",
         shape::nullable(shape::real("Light that only one half has found: mean over squares of 16 "
@@ -223,9 +247,8 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return number_json(j.spec.stop.confidence); }},
        {"bias", shape::bias(), [](const JobView& j) -> Json { return bias_of(j); }},
        {"valid",
-        shape::flag(
-            "False: the error is unknown, since no unbiased integrator can render the image "
-            "to compare it with."),
+        shape::flag("False: the error is unknown, since no unbiased integrator can render the "
+                    "image to compare it with."),
         [](const JobView& j) -> Json { return has_interval(j); }},
        {"unreliable",
         shape::flag("More light is in doubt than is visible as grain (doubt above grain): rare "
@@ -236,18 +259,6 @@ const View<JobView>& error_view() {
         [](const JobView& j) { return number_json(image_error(j).relative); }}}};
   return kView;
 }
-
-namespace {
-
-Json radius_ratio_json(const JobView& job) {
-  const core::RenderSettings& render = job.spec.render;
-  const int samples = job.progress.samples_max;
-  return samples > 0 && core::radius_shrinks(render)
-             ? number_json(core::radius_ratio(render, samples))
-             : Json(nullptr);
-}
-
-}  // namespace
 
 const View<JobView>& statistics_view() {
   static const View<JobView> kView = {
@@ -274,8 +285,8 @@ const View<JobView>& statistics_view() {
         [](const JobView& j) { return j.split_count == 0 ? Json(nullptr) : Json(j.split_count); }},
        {"radius_ratio",
         shape::nullable(
-            shape::real("sppm, vcm: radius of the newest sample's disks relative to the "
-                        "first sample's; null: no sample yet, or another integrator.")),
+            shape::real("sppm, vcm: radius of the newest sample's disks relative to the first "
+                        "sample's; null: no sample yet, or another integrator.")),
         &radius_ratio_json}}};
   return kView;
 }
@@ -349,41 +360,12 @@ const ViewRow<JobView>& revision_row() {
   return kRow;
 }
 
-namespace {
-
-bool can_be_denoised(const JobView& job) {
-  const bool has_ended = is_final(job.state);
-  return job.spec.denoise.type != core::DenoiserType::kNone &&
-         (has_ended || job.spec.denoise.preview) &&
-         job.progress.samples_min >= denoising_samples(has_ended);
-}
-
-Json available_parts(const JobView& job) {
-  Json parts = Json::array();
-  if (job.film_is_evicted) {
-    return parts;
-  }
-  if (job.spec.has_image && job.progress.revision > 0) {
-    parts.push_back("image");
-    if (can_be_denoised(job)) {
-      parts.push_back("denoised");
-    }
-  }
-  if (job.progress.has_meter_readings) {
-    parts.push_back("meter");
-  }
-  return parts;
-}
-
-}  // namespace
-
 const ViewRow<JobView>& available_row() {
   static const ViewRow<JobView> kRow = {
       "available",
-      shape::list(
-          shape::one_of({"image", "denoised", "meter"}, ""),
-          "Parts that can be requested now: `image`, which includes pixels; `denoised`, the "
-          "image with ?denoise=mixed or full; `meter`. Requests for others are a 409."),
+      shape::list(shape::one_of({"image", "denoised", "meter"}, ""),
+                  "Parts that can be requested now: `image`, which includes pixels; `denoised`, "
+                  "the image with ?denoise=mixed or full; `meter`. Requests for others are a 409."),
       &available_parts};
   return kRow;
 }
@@ -404,11 +386,10 @@ const View<core::FlickerInterval>& flicker_view() {
       "By how much the error of images of a video changes from one frame to the next, relative to "
       "their light, along the motion of the surfaces.",
       {{"relative", shape::real("Root of its mean square."),
-        [](const core::FlickerInterval& f) { return number_json(f.relative); }},
+        print_number<&core::FlickerInterval::relative>},
        {"low", shape::real("Lower end of its 95% interval."),
-        [](const core::FlickerInterval& f) { return number_json(f.low); }},
-       {"high", shape::real(),
-        [](const core::FlickerInterval& f) { return number_json(f.high); }}}};
+        print_number<&core::FlickerInterval::low>},
+       {"high", shape::real(), print_number<&core::FlickerInterval::high>}}};
   return kView;
 }
 
@@ -433,7 +414,7 @@ const View<DenoisedView>& denoised_view() {
         [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
         shape::flag("Uses albedo, normal, depth and emission; false: the scene was deleted."),
-        [](const DenoisedView& d) -> Json { return d.has_features; }},
+        print_member<&DenoisedView::has_features>},
        {"relative",
         shape::nullable(shape::real("As in `error`, bias included; 0 if it is too small to be "
                                     "measured.")),
@@ -459,16 +440,15 @@ const View<DenoisedView>& denoised_view() {
         shape::nullable(shape::real("Deprecated: the same as `full_relative`.")),
         [](const DenoisedView& d) { return number_json(d.full.relative); }},
        {"gain",
-        shape::nullable(shape::real("(plain error / this one)^2: factor of samples that "
-                                    "the plain image would need for the same error.")),
+        shape::nullable(shape::real("(plain error / this one)^2: factor of samples that the plain "
+                                    "image would need for the same error.")),
         [](const DenoisedView& d) {
           const double ratio = d.plain.relative / d.mixed.relative;
           return number_json(ratio * ratio);
         }},
        {"revision", shape::count("Revision of the image that was denoised."),
-        [](const DenoisedView& d) -> Json { return d.revision; }},
-       {"seconds", shape::real("Time that denoising took."),
-        [](const DenoisedView& d) { return number_json(d.seconds); }},
+        print_member<&DenoisedView::revision>},
+       {"seconds", shape::real("Time that denoising took."), print_number<&DenoisedView::seconds>},
        {"frames",
         shape::count("Frames beside it in the batch that it was averaged with: of `video`."),
         [](const DenoisedView& d) -> Json { return d.by.frames; }},
@@ -489,7 +469,7 @@ const View<JobView>& job_view() {
   static const View<JobView> kView = {
       "Job",
       "A job.",
-      {{"id", shape::text("UUID."), [](const JobView& j) -> Json { return j.id; }},
+      {{"id", shape::text("UUID."), print_member<&JobView::id>},
        state_row(),
        pause_reason_row(),
        stop_reason_row(),
@@ -512,17 +492,17 @@ const View<JobView>& job_view() {
        denoised_row(),
        {"denoising",
         shape::flag("A denoised image is being made: on request, while it renders or afterwards."),
-        [](const JobView& j) -> Json { return j.is_denoising; }},
+        print_member<&JobView::is_denoising>},
        {"doubted",
         shape::flag("A worker that rendered parts of the image unchecked returned wrong results "
                     "later: the image may be wrong. A warning says what helps."),
-        [](const JobView& j) -> Json { return j.is_doubted; }},
+        print_member<&JobView::is_doubted>},
        {"merged",
         shape::flag("The film was merged from samples that no single job renders: the job cannot "
                     "be extended or retried."),
         [](const JobView& j) -> Json { return !j.ledger.empty(); }},
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
-        [](const JobView& j) -> Json { return j.warnings; }},
+        print_member<&JobView::warnings>},
        {"warning_details", warning_details_shape(),
         [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};

@@ -40,30 +40,22 @@ const View<lab::Point>& lab_point_view() {
   static const View<Point> kView = {
       "LabPoint",
       "Results for one n.",
-      {{"n", shape::count("Samples per trial, after rounding."),
-        [](const Point& p) -> Json { return p.n; }},
+      {{"n", shape::count("Samples per trial, after rounding."), print_member<&Point::n>},
        {"n_asked", shape::count("The requested n, before rounding."),
-        [](const Point& p) -> Json { return p.n_asked; }},
-       {"mean", shape::real("Mean of the replicates."),
-        [](const Point& p) { return number_json(p.mean); }},
+        print_member<&Point::n_asked>},
+       {"mean", shape::real("Mean of the replicates."), print_number<&Point::mean>},
        {"rmse", shape::real("Root mean square error of the replicates."),
-        [](const Point& p) { return number_json(p.rmse); }},
+        print_number<&Point::rmse>},
        {"standard_error", shape::real("Standard error of the mean."),
-        [](const Point& p) { return number_json(p.standard_error); }},
+        print_number<&Point::standard_error>},
        {"cost", shape::real("Mean work of a replicate; n unless the experiment counts it."),
-        [](const Point& p) { return number_json(p.cost); }},
+        print_number<&Point::cost>},
        {"seconds",
         shape::real("CPU time of all replicates. It is measured and differs from run to run; all "
                     "other members are reproducible."),
-        [](const Point& p) { return number_json(p.seconds); }}}};
+        print_number<&Point::seconds>}}};
   return kView;
 }
-
-}  // namespace
-
-std::string lab_point_json(const lab::Point& point) { return dump(lab_point_view().print(point)); }
-
-namespace {
 
 const View<LabOutcomeView>& lab_outcome_view() {
   using Out = LabOutcomeView;
@@ -130,14 +122,6 @@ const View<LabOutcomeView>& lab_outcome_view() {
   return kView;
 }
 
-}  // namespace
-
-std::string lab_outcome_json(const LabRequest& request, const lab::Outcome& outcome) {
-  return dump(lab_outcome_view().print({request, outcome}));
-}
-
-namespace {
-
 const View<std::monostate>& lab_cancelled_view() {
   static const View<std::monostate> kView = {
       "LabCancelled",
@@ -146,62 +130,59 @@ const View<std::monostate>& lab_cancelled_view() {
   return kView;
 }
 
-}  // namespace
-
-std::string lab_cancelled_json() { return dump(lab_cancelled_view().print({})); }
-
-namespace {
-
 const View<lab::EstimatorInfo>& estimator_view() {
   using Info = lab::EstimatorInfo;
-  static const View<Info> kView = {
-      "",
-      "",
-      {{"name", shape::text(), [](const Info& e) -> Json { return e.name; }},
-       {"bias", shape::bias(), [](const Info& e) -> Json { return e.bias; }},
-       {"summary", shape::text(), [](const Info& e) -> Json { return e.summary; }}}};
+  static const View<Info> kView = {"",
+                                   "",
+                                   {{"name", shape::text(), print_member<&Info::name>},
+                                    {"bias", shape::bias(), print_member<&Info::bias>},
+                                    {"summary", shape::text(), print_member<&Info::summary>}}};
   return kView;
 }
 
 const View<lab::ParameterInfo>& parameter_view() {
   using Info = lab::ParameterInfo;
-  static const View<Info> kView = {
-      "",
-      "",
-      {{"name", shape::text(), [](const Info& p) -> Json { return p.name; }},
-       {"min", shape::real(), [](const Info& p) { return number_json(p.min); }},
-       {"max", shape::real(), [](const Info& p) { return number_json(p.max); }},
-       {"default", shape::real(), [](const Info& p) { return number_json(p.standard); }},
-       {"integer", shape::flag(), [](const Info& p) -> Json { return p.is_whole; }},
-       {"summary", shape::text(), [](const Info& p) -> Json { return p.summary; }}}};
+  static const View<Info> kView = {"",
+                                   "",
+                                   {{"name", shape::text(), print_member<&Info::name>},
+                                    {"min", shape::real(), print_number<&Info::min>},
+                                    {"max", shape::real(), print_number<&Info::max>},
+                                    {"default", shape::real(), print_number<&Info::standard>},
+                                    {"integer", shape::flag(), print_member<&Info::is_whole>},
+                                    {"summary", shape::text(), print_member<&Info::summary>}}};
   return kView;
 }
 
 }  // namespace
+
+std::string lab_point_json(const lab::Point& point) { return dump(lab_point_view().print(point)); }
+
+std::string lab_outcome_json(const LabRequest& request, const lab::Outcome& outcome) {
+  return dump(lab_outcome_view().print({request, outcome}));
+}
+
+std::string lab_cancelled_json() { return dump(lab_cancelled_view().print({})); }
 
 const View<lab::Experiment>& experiment_view() {
   using Row = lab::Experiment;
   static const View<Row> kView = {
       "Experiment",
       "An experiment of the laboratory.",
-      {{"name", shape::text(), [](const Row& e) -> Json { return e.name; }},
-       {"title", shape::text(), [](const Row& e) -> Json { return e.title; }},
-       {"summary", shape::text(), [](const Row& e) -> Json { return e.summary; }},
-       {"estimates", shape::text("Estimated quantity."),
-        [](const Row& e) -> Json { return e.estimates; }},
-       {"formula", shape::text(), [](const Row& e) -> Json { return e.formula; }},
-       {"look_for", shape::text("What to look for."),
-        [](const Row& e) -> Json { return e.look_for; }},
+      {{"name", shape::text(), print_member<&Row::name>},
+       {"title", shape::text(), print_member<&Row::title>},
+       {"summary", shape::text(), print_member<&Row::summary>},
+       {"estimates", shape::text("Estimated quantity."), print_member<&Row::estimates>},
+       {"formula", shape::text(), print_member<&Row::formula>},
+       {"look_for", shape::text("What to look for."), print_member<&Row::look_for>},
        {"estimators", shape::list(estimator_view().shape()),
         [](const Row& e) { return print_list(estimator_view(), e.estimators); }},
-       {"estimator", shape::text("Default estimator."),
-        [](const Row& e) -> Json { return e.estimator; }},
+       {"estimator", shape::text("Default estimator."), print_member<&Row::estimator>},
        {"samplers", shape::texts("Samplers that it supports."),
         [](const Row& e) -> Json { return lab::allowed_samplers(e); }},
-       {"sampler", shape::text("Default sampler."), [](const Row& e) -> Json { return e.sampler; }},
+       {"sampler", shape::text("Default sampler."), print_member<&Row::sampler>},
        {"n", shape::list(shape::count(), "Default values of n."),
         [](const Row& e) -> Json { return std::vector<std::int64_t>(e.n.begin(), e.n.end()); }},
-       {"unit", shape::text("Unit of n."), [](const Row& e) -> Json { return e.unit; }},
+       {"unit", shape::text("Unit of n."), print_member<&Row::unit>},
        {"replicates", shape::count("Default number of replicates."),
         [](const Row&) -> Json { return kLabReplicatesDefault; }},
        {"params", shape::list(parameter_view().shape()),
@@ -209,7 +190,7 @@ const View<lab::Experiment>& experiment_view() {
        {"expected", shape::real("Exact value with the default parameters."),
         [](const Row& e) { return number_json(e.expected(lab::default_setup(e))); }},
        {"pattern_dimensions", shape::count("Dimensions of the points that it shows; 0: none."),
-        [](const Row& e) -> Json { return e.pattern_dimensions; }}}};
+        print_member<&Row::pattern_dimensions>}}};
   return kView;
 }
 

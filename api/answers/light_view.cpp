@@ -22,26 +22,25 @@ const View<LightNotFound>& light_not_found_view() {
         shape::real("Light that neither the image nor the particles may have found, with the "
                     "confidence, over the image's mean luminance; 1 for a black image. Above 1 the "
                     "particles are too few for a view this small: nothing is known."),
-        [](const LightNotFound& l) { return number_json(l.at_most); }},
+        print_number<&LightNotFound::at_most>},
        {"detected",
         shape::real("Light that the particles found and the image lacks, over the image's mean "
                     "luminance; 0: none."),
-        [](const LightNotFound& l) { return number_json(l.detected); }},
+        print_number<&LightNotFound::detected>},
        {"confidence", shape::real("Confidence level of `at_most`, and of all tiles together."),
-        [](const LightNotFound& l) { return number_json(l.confidence); }},
-       {"particles", shape::count("Number of particles."),
-        [](const LightNotFound& l) -> Json { return l.particles; }},
+        print_number<&LightNotFound::confidence>},
+       {"particles", shape::count("Number of particles."), print_member<&LightNotFound::particles>},
        {"tiles", shape::count("Number of tiles that lack light."),
         [](const LightNotFound& l) -> Json { return l.tiles.size(); }},
        {"lacking", shape::list(shape::count(), "Those tiles, by number."),
-        [](const LightNotFound& l) -> Json { return l.tiles; }},
+        print_member<&LightNotFound::tiles>},
        {"reason",
         shape::nullable(shape::text("A sentence: whose light is missing, and which integrator "
                                     "finds it; null: no tile lacks light.")),
         [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }},
        {"integrators",
         shape::list(shape::text(), "The integrators in `reason`; empty: no tile lacks light."),
-        [](const LightNotFound& l) -> Json { return l.integrators; }}}};
+        print_member<&LightNotFound::integrators>}}};
   return kView;
 }
 

@@ -35,22 +35,22 @@ const View<core::MeterReading>& meter_reading_view() {
        {"irradiance_w_m2", shape::real("Illuminance divided by 683 lm/W, for nominal white."),
         [](const Reading& r) { return number_json(watts(r)); }},
        {"illuminance_lux", shape::real("Luminance (Rec. 709) of irradiance_rgb."),
-        [](const Reading& r) { return number_json(r.illuminance); }},
+        print_number<&Reading::illuminance>},
        {"low", shape::real("End of the 95% interval of illuminance_lux."),
-        [](const Reading& r) { return number_json(r.low); }},
+        print_number<&Reading::low>},
        {"high", shape::real("End of the 95% interval of illuminance_lux."),
-        [](const Reading& r) { return number_json(r.high); }},
+        print_number<&Reading::high>},
        {"unreliable",
         shape::flag("One of the 16 randomisations makes up most of the interval, or no path has "
                     "found light: the interval is only a guess."),
-        [](const Reading& r) -> Json { return r.unreliable; }},
+        print_member<&Reading::unreliable>},
        {"irradiance_rgb", shape::triple("Lux per channel, linear."),
         [](const Reading& r) -> Json {
           return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
                   number_json(r.irradiance[2])};
         }},
        {"samples", shape::count("Paths, of 16 independent randomisations."),
-        [](const Reading& r) -> Json { return r.samples; }}}};
+        print_member<&Reading::samples>}}};
   return kView;
 }
 
@@ -69,7 +69,7 @@ const View<MeterOfJob>& meter_view() {
        {"outdoor_lux",
         shape::nullable(shape::real("Illuminance of an upward surface under the open sky of the "
                                     "job's environment, with its sun; null: it has none.")),
-        [](const MeterOfJob& m) { return number_json(m.outdoor_lux); }},
+        print_number<&MeterOfJob::outdoor_lux>},
        {"daylight_factor",
         shape::nullable(shape::real("mean_lux / outdoor_lux, a share: the CIE's daylight factor if "
                                     "the environment is an overcast sky and the only light.")),
@@ -82,12 +82,6 @@ const View<MeterOfJob>& meter_view() {
         [](const MeterOfJob& m) { return print_list(meter_reading_view(), m.readings); }}}};
   return kView;
 }
-
-}  // namespace
-
-std::string meter_json(const MeterOfJob& meter) { return dump(meter_view().print(meter)); }
-
-namespace {
 
 const View<MeterPairView>& meter_pair_view() {
   using Pair = MeterPairView;
@@ -112,7 +106,7 @@ const View<MeterOfJob>& meter_figures_view() {
   static const View<Meter> kView = {
       "MeterFigures",
       "Figures of a job's meter; see Meter.",
-      {{"job", shape::text("UUID."), [](const Meter& m) -> Json { return m.job; }},
+      {{"job", shape::text("UUID."), print_member<&Meter::job>},
        {"mean_lux", shape::real(),
         [](const Meter& m) { return number_json(core::mean_illuminance(m.readings)); }},
        {"uniformity", shape::nullable(shape::real()),
@@ -149,6 +143,8 @@ const View<MeterComparisonView>& meter_comparison_view() {
 }
 
 }  // namespace
+
+std::string meter_json(const MeterOfJob& meter) { return dump(meter_view().print(meter)); }
 
 std::string meter_comparison_json(const MeterOfJob& a, const MeterOfJob& b) {
   return dump(meter_comparison_view().print({a, b}));

@@ -118,17 +118,16 @@ const View<ViewpointView>& viewpoint_view() {
   static const View<ViewpointView> kView = {
       "",
       "The camera without its lens. With (x, y, z) = world_to_camera (X, Y, Z, 1) the point is "
-      "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where "
-      "z > 0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of "
-      "an orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a "
-      "panorama. Pixel i goes from i to i + 1; for tools that count from its "
-      "centre, subtract 0.5.",
+      "seen at the pixel (cx + fx x / z, cy + fy y / z) of a perspective or pinhole image, where z "
+      "> 0, after the lens's distortion has moved (x / z, y / z); at (cx + fx x, cy + fy y) of an "
+      "orthographic one; and at (cx + fx atan2(x, z), cy + fy atan2(y, hypot(x, z))) of a "
+      "panorama. Pixel i goes from i to i + 1; for tools that count from its centre, subtract 0.5.",
       {{"type", shape::one_of(camera_type_names()),
         [](const ViewpointView& c) -> Json {
           return core::row_of(core::camera_types(), c.type).name;
         }},
-       {"width", shape::count(), [](const ViewpointView& c) -> Json { return c.width; }},
-       {"height", shape::count(), [](const ViewpointView& c) -> Json { return c.height; }},
+       {"width", shape::count(), print_member<&ViewpointView::width>},
+       {"height", shape::count(), print_member<&ViewpointView::height>},
        {"fx",
         shape::real(
             "Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian."),
@@ -155,15 +154,15 @@ const View<ObjectView>& object_view() {
       "SceneObject", "A node of the file that shows a mesh.",
       with_place<Object>(
           {{"id", shape::count("Id in the layer object: 1 + the node's index."),
-            [](const Object& o) -> Json { return o.id; }},
+            print_member<&Object::id>},
            {"pointer", shape::text("JSON pointer into the glTF document."),
-            [](const Object& o) -> Json { return o.pointer; }},
+            print_member<&Object::pointer>},
            {"name", shape::text("Name of the node or its mesh, made unique; used by Cryptomatte."),
-            [](const Object& o) -> Json { return o.name; }},
+            print_member<&Object::name>},
            {"first_instance", shape::count("Id in the layer instance."),
-            [](const Object& o) -> Json { return o.first_instance; }},
+            print_member<&Object::first_instance>},
            {"instances", shape::count("Number of consecutive ids in the layer instance."),
-            [](const Object& o) -> Json { return o.instances; }}})};
+            print_member<&Object::instances>}})};
   return kView;
 }
 
@@ -171,10 +170,9 @@ const View<InstanceView>& instance_view() {
   using Instance = InstanceView;
   static const View<Instance> kView = {
       "ObjectInstance", "An instance of an object that the image shows.",
-      with_place<Instance>({{"id", shape::count("Id in the layer instance."),
-                             [](const Instance& i) -> Json { return i.id; }},
-                            {"object", shape::count("Id of its object."),
-                             [](const Instance& i) -> Json { return i.object; }}})};
+      with_place<Instance>(
+          {{"id", shape::count("Id in the layer instance."), print_member<&Instance::id>},
+           {"object", shape::count("Id of its object."), print_member<&Instance::object>}})};
   return kView;
 }
 
@@ -182,10 +180,10 @@ const View<LabelView>& label_view() {
   static const View<LabelView> kView = {
       "Label",
       "Meaning of an id in the layers material and primitive.",
-      {{"id", shape::count(), [](const LabelView& l) -> Json { return l.id; }},
+      {{"id", shape::count(), print_member<&LabelView::id>},
        {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
         [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
-       {"name", shape::text(), [](const LabelView& l) -> Json { return l.name; }}}};
+       {"name", shape::text(), print_member<&LabelView::name>}}};
   return kView;
 }
 
@@ -198,7 +196,7 @@ const View<ObjectsView>& objects_view() {
       {{"camera", viewpoint_view().shape(),
         [](const Objects& o) { return viewpoint_view().print(o.camera); }},
        {"has_ids", shape::flag("Whether the job recorded ids, so that `visible` is known."),
-        [](const Objects& o) -> Json { return o.has_ids; }},
+        print_member<&Objects::has_ids>},
        {"objects", shape::list(object_view().shape(), "All objects of the file."),
         [](const Objects& o) { return print_list(object_view(), o.objects); }},
        {"instances", shape::list(instance_view().shape(), "Instances that are visible."),

@@ -49,6 +49,151 @@ std::string picture_path(const std::string& id) {
   return (is_uuid(id) ? "/v1/jobs/" : "/v1/assets/") + id;
 }
 
+const View<core::ConvergencePoint>& curve_point_view() {
+  using Point = core::ConvergencePoint;
+  static const View<Point> kView = {
+      "ConvergencePoint",
+      "The state of a job at one error check.",
+      {{"samples_per_pixel", shape::count(), print_member<&Point::samples_per_pixel>},
+       {"elapsed_seconds", shape::real(), print_number<&Point::elapsed_seconds>},
+       {"cpu_seconds", shape::real(), print_number<&Point::cpu_seconds>},
+       {"rays", shape::count(), print_member<&Point::rays>},
+       {"relative", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.relative); }},
+       {"low", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.low); }},
+       {"high", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.high); }},
+       {"grain", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.grain); }},
+       {"doubt", shape::nullable(shape::real()),
+        [](const Point& p) { return number_json(p.error.doubt); }},
+       {"relative_rmse", shape::nullable(shape::real("Deprecated: the same as `relative`.")),
+        [](const Point& p) { return number_json(p.error.relative); }}}};
+  return kView;
+}
+
+/// A value with its 95% interval.
+const View<Slope>& slope_view() {
+  static const View<Slope> kView = {
+      "",
+      "Slope of log error against log samples, by least squares, with its 95% interval.",
+      {{"value", shape::nullable(shape::real()), print_number<&Slope::value>},
+       {"low", shape::nullable(shape::real()), print_number<&Slope::low>},
+       {"high", shape::nullable(shape::real()), print_number<&Slope::high>}}};
+  return kView;
+}
+
+const View<PixelLayer>& pixel_layer_view() {
+  static const View<PixelLayer> kView = {
+      "PixelLayer",
+      "One layer at one pixel, with one number per channel.",
+      {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
+       {"standard_error", shape::reals(),
+        [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
+       {"low", shape::reals("Lower bounds of the 95% interval."),
+        [](const PixelLayer& l) { return numbers_json(l.low); }},
+       {"high", shape::reals("Upper bounds of the 95% interval."),
+        [](const PixelLayer& l) { return numbers_json(l.high); }},
+       {"halves",
+        shape::nullable(shape::list(shape::reals(), "Halves A and B; null if the layer has none.")),
+        [](const PixelLayer& l) {
+          Json halves = Json::array();
+          for (const auto& half : l.halves) {
+            halves.push_back(numbers_json(half));
+          }
+          return l.halves.empty() ? Json(nullptr) : halves;
+        }}}};
+  return kView;
+}
+
+const View<ConvergenceView>& convergence_view() {
+  static const View<ConvergenceView> kView = {
+      "Convergence",
+      "Get the error over samples and time.",
+      {{"points", shape::list(curve_point_view().shape(), "One for each error check."),
+        [](const ConvergenceView& c) { return print_list(curve_point_view(), c.points); }},
+       {"slope", slope_view().shape(),
+        [](const ConvergenceView& c) { return slope_view().print(fit_slope(c.points)); }}}};
+  return kView;
+}
+
+const View<PixelView>& pixel_view() {
+  static const View<PixelView> kView = {
+      "Pixel",
+      "One pixel.",
+      {{"x", shape::count(), print_member<&PixelView::x>},
+       {"y", shape::count(), print_member<&PixelView::y>},
+       {"samples", shape::count(), print_member<&PixelView::samples>},
+       {"layers", shape::map(pixel_layer_view().shape(), "Layers by name."),
+        [](const PixelView& p) {
+          Json layers = Json::object();
+          for (const PixelLayer& layer : p.layers) {
+            layers[layer.name] = pixel_layer_view().print(layer);
+          }
+          return layers;
+        }}}};
+  return kView;
+}
+
+const View<ComparisonView>& bias_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Mean of a - b; its interval is null if the error of a side is unknown.",
+      {{"value", shape::nullable(shape::real()), print_number<&Compared::bias>},
+       {"low", shape::nullable(shape::real()), print_number<&Compared::bias_low>},
+       {"high", shape::nullable(shape::real()), print_number<&Compared::bias_high>}}};
+  return kView;
+}
+
+const View<ComparisonView>& z_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Statistics of (a-b) / standard error.",
+      {{"mean", shape::nullable(shape::real()), print_number<&Compared::z_mean>},
+       {"variance", shape::nullable(shape::real()), print_number<&Compared::z_variance>},
+       {"share_above_3", shape::nullable(shape::real()),
+        print_number<&Compared::z_share_above_3>}}};
+  return kView;
+}
+
+const View<ComparisonView>& comparison_links_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "",
+      "Paths.",
+      {{"self", shape::text(), [](const Compared& c) -> Json { return comparison_path(c); }},
+       {"difference", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/difference.png"; }},
+       {"z", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/z.png"; }},
+       {"flip", shape::text(),
+        [](const Compared& c) -> Json { return comparison_path(c) + "/flip.png"; }},
+       {"a", shape::text(), [](const Compared& c) -> Json { return picture_path(c.a); }},
+       {"b", shape::text(), [](const Compared& c) -> Json { return picture_path(c.b); }}}};
+  return kView;
+}
+
+const View<ComparisonView>& comparison_view() {
+  using Compared = ComparisonView;
+  static const View<Compared> kView = {
+      "Comparison",
+      "Two images compared; b is the reference.",
+      {{"id", shape::text(), print_member<&Compared::id>},
+       {"mse", shape::nullable(shape::real()), print_number<&Compared::mse>},
+       {"relmse", shape::nullable(shape::real("Mean of (a-b)^2 / (b^2 + 0.01).")),
+        print_number<&Compared::relmse>},
+       {"flip", shape::nullable(shape::real("LDR, 67 pixels per degree.")),
+        print_number<&Compared::flip>},
+       {"bias", bias_view().shape(), [](const Compared& c) { return bias_view().print(c); }},
+       {"z", z_view().shape(), [](const Compared& c) { return z_view().print(c); }},
+       {"links", comparison_links_view().shape(),
+        [](const Compared& c) { return comparison_links_view().print(c); }}}};
+  return kView;
+}
+
 }  // namespace
 
 Slope fit_slope(std::span<const core::ConvergencePoint> points) {
@@ -91,178 +236,11 @@ Slope fit_slope(std::span<const core::ConvergencePoint> points) {
   return {slope, slope - half_width, slope + half_width};
 }
 
-namespace {
-
-const View<core::ConvergencePoint>& curve_point_view() {
-  using Point = core::ConvergencePoint;
-  static const View<Point> kView = {
-      "ConvergencePoint",
-      "The state of a job at one error check.",
-      {{"samples_per_pixel", shape::count(),
-        [](const Point& p) -> Json { return p.samples_per_pixel; }},
-       {"elapsed_seconds", shape::real(),
-        [](const Point& p) { return number_json(p.elapsed_seconds); }},
-       {"cpu_seconds", shape::real(), [](const Point& p) { return number_json(p.cpu_seconds); }},
-       {"rays", shape::count(), [](const Point& p) -> Json { return p.rays; }},
-       {"relative", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.relative); }},
-       {"low", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.low); }},
-       {"high", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.high); }},
-       {"grain", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.grain); }},
-       {"doubt", shape::nullable(shape::real()),
-        [](const Point& p) { return number_json(p.error.doubt); }},
-       {"relative_rmse", shape::nullable(shape::real("Deprecated: the same as `relative`.")),
-        [](const Point& p) { return number_json(p.error.relative); }}}};
-  return kView;
-}
-
-/// A value with its 95% interval.
-const View<Slope>& slope_view() {
-  static const View<Slope> kView = {
-      "",
-      "Slope of log error against log samples, by least squares, with its 95% interval.",
-      {{"value", shape::nullable(shape::real()),
-        [](const Slope& s) { return number_json(s.value); }},
-       {"low", shape::nullable(shape::real()), [](const Slope& s) { return number_json(s.low); }},
-       {"high", shape::nullable(shape::real()),
-        [](const Slope& s) { return number_json(s.high); }}}};
-  return kView;
-}
-
-const View<PixelLayer>& pixel_layer_view() {
-  static const View<PixelLayer> kView = {
-      "PixelLayer",
-      "One layer at one pixel, with one number per channel.",
-      {{"mean", shape::reals(), [](const PixelLayer& l) { return numbers_json(l.mean); }},
-       {"standard_error", shape::reals(),
-        [](const PixelLayer& l) { return numbers_json(l.standard_error); }},
-       {"low", shape::reals("Lower bounds of the 95% interval."),
-        [](const PixelLayer& l) { return numbers_json(l.low); }},
-       {"high", shape::reals("Upper bounds of the 95% interval."),
-        [](const PixelLayer& l) { return numbers_json(l.high); }},
-       {"halves",
-        shape::nullable(shape::list(shape::reals(), "Halves A and B; null if the layer has none.")),
-        [](const PixelLayer& l) {
-          Json halves = Json::array();
-          for (const auto& half : l.halves) {
-            halves.push_back(numbers_json(half));
-          }
-          return l.halves.empty() ? Json(nullptr) : halves;
-        }}}};
-  return kView;
-}
-
-const View<ConvergenceView>& convergence_view() {
-  static const View<ConvergenceView> kView = {
-      "Convergence",
-      "Get the error over samples and time.",
-      {{"points", shape::list(curve_point_view().shape(), "One for each error check."),
-        [](const ConvergenceView& c) { return print_list(curve_point_view(), c.points); }},
-       {"slope", slope_view().shape(),
-        [](const ConvergenceView& c) { return slope_view().print(fit_slope(c.points)); }}}};
-  return kView;
-}
-
-}  // namespace
-
 std::string convergence_json(std::span<const core::ConvergencePoint> points) {
   return dump(convergence_view().print({points}));
 }
 
-namespace {
-
-const View<PixelView>& pixel_view() {
-  static const View<PixelView> kView = {
-      "Pixel",
-      "One pixel.",
-      {{"x", shape::count(), [](const PixelView& p) -> Json { return p.x; }},
-       {"y", shape::count(), [](const PixelView& p) -> Json { return p.y; }},
-       {"samples", shape::count(), [](const PixelView& p) -> Json { return p.samples; }},
-       {"layers", shape::map(pixel_layer_view().shape(), "Layers by name."),
-        [](const PixelView& p) {
-          Json layers = Json::object();
-          for (const PixelLayer& layer : p.layers) {
-            layers[layer.name] = pixel_layer_view().print(layer);
-          }
-          return layers;
-        }}}};
-  return kView;
-}
-
-}  // namespace
-
 std::string pixel_json(const PixelView& pixel) { return dump(pixel_view().print(pixel)); }
-
-namespace {
-
-const View<ComparisonView>& bias_view() {
-  using Compared = ComparisonView;
-  static const View<Compared> kView = {
-      "",
-      "Mean of a - b; its interval is null if the error of a side is unknown.",
-      {{"value", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.bias); }},
-       {"low", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.bias_low); }},
-       {"high", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.bias_high); }}}};
-  return kView;
-}
-
-const View<ComparisonView>& z_view() {
-  using Compared = ComparisonView;
-  static const View<Compared> kView = {
-      "",
-      "Statistics of (a-b) / standard error.",
-      {{"mean", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.z_mean); }},
-       {"variance", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.z_variance); }},
-       {"share_above_3", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.z_share_above_3); }}}};
-  return kView;
-}
-
-const View<ComparisonView>& comparison_links_view() {
-  using Compared = ComparisonView;
-  static const View<Compared> kView = {
-      "",
-      "Paths.",
-      {{"self", shape::text(), [](const Compared& c) -> Json { return comparison_path(c); }},
-       {"difference", shape::text(),
-        [](const Compared& c) -> Json { return comparison_path(c) + "/difference.png"; }},
-       {"z", shape::text(),
-        [](const Compared& c) -> Json { return comparison_path(c) + "/z.png"; }},
-       {"flip", shape::text(),
-        [](const Compared& c) -> Json { return comparison_path(c) + "/flip.png"; }},
-       {"a", shape::text(), [](const Compared& c) -> Json { return picture_path(c.a); }},
-       {"b", shape::text(), [](const Compared& c) -> Json { return picture_path(c.b); }}}};
-  return kView;
-}
-
-const View<ComparisonView>& comparison_view() {
-  using Compared = ComparisonView;
-  static const View<Compared> kView = {
-      "Comparison",
-      "Two images compared; b is the reference.",
-      {{"id", shape::text(), [](const Compared& c) -> Json { return c.id; }},
-       {"mse", shape::nullable(shape::real()),
-        [](const Compared& c) { return number_json(c.mse); }},
-       {"relmse", shape::nullable(shape::real("Mean of (a-b)^2 / (b^2 + 0.01).")),
-        [](const Compared& c) { return number_json(c.relmse); }},
-       {"flip", shape::nullable(shape::real("LDR, 67 pixels per degree.")),
-        [](const Compared& c) { return number_json(c.flip); }},
-       {"bias", bias_view().shape(), [](const Compared& c) { return bias_view().print(c); }},
-       {"z", z_view().shape(), [](const Compared& c) { return z_view().print(c); }},
-       {"links", comparison_links_view().shape(),
-        [](const Compared& c) { return comparison_links_view().print(c); }}}};
-  return kView;
-}
-
-}  // namespace
 
 std::string comparison_json(const ComparisonView& comparison) {
   return dump(comparison_view().print(comparison));

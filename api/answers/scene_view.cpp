@@ -52,38 +52,11 @@ Json fov_json(const CameraView& view) {
                                               kDegreesPerRadian));
 }
 
-}  // namespace
-
-const View<core::Warning>& warning_view() {
-  using core::Warning;
-  static const View<Warning> kView = {
-      "Warning",
-      "What was read otherwise than the file says, or not at all. Its text in `warnings` is "
-      "`pointer: detail`.",
-      {{"code",
-        shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, "
-                    "`not_drawn`, `animation_ignored`, `extension_ignored`, ... "
-                    "Further kinds may be added."),
-        [](const Warning& w) -> Json { return w.code; }},
-       {"pointer", shape::text("JSON pointer into the glTF document; empty: none."),
-        [](const Warning& w) -> Json { return w.pointer; }},
-       {"detail", shape::text("What was seen, and what was done."),
-        [](const Warning& w) -> Json { return w.detail; }}}};
-  return kView;
-}
-
-Json warning_details_shape() {
-  return shape::list(warning_view().shape(),
-                     "Those of `warnings` that are about the scene's file, for programs.");
-}
-
-namespace {
-
 const View<CameraView>& camera_view() {
   static const View<CameraView> kView = {
       "SceneCamera",
       "A camera of the file.",
-      {{"index", shape::count(), [](const CameraView& c) -> Json { return c.index; }},
+      {{"index", shape::count(), print_member<&CameraView::index>},
        {"name", shape::text(), [](const CameraView& c) -> Json { return c.camera.name; }},
        {"type", shape::one_of({"perspective", "orthographic"}),
         [](const CameraView& c) -> Json {
@@ -124,32 +97,11 @@ std::string_view light_type(core::PunctualType type) {
   return "";
 }
 
-}  // namespace
-
-const View<core::PunctualLightDescription>& light_view() {
-  using Light = core::PunctualLightDescription;
-  static const View<Light> kView = {
-      "SceneLight",
-      "A punctual light of the file.",
-      {{"name", shape::text(), [](const Light& l) -> Json { return l.name; }},
-       {"type", shape::one_of({"directional", "point", "spot", "profile"}),
-        [](const Light& l) -> Json { return light_type(l.type); }},
-       {"intensity",
-        shape::triple("W/sr, or W/m2 if directional, or a factor of a light profile; linear RGB."),
-        [](const Light& l) {
-          return triple_json(core::Vec3{l.intensity.r, l.intensity.g, l.intensity.b});
-        }}}};
-  return kView;
-}
-
-namespace {
-
 const View<SceneView>& scene_view() {
   static const View<SceneView> kView = {
       "Scene",
       "A loaded scene.",
-      {{"id", shape::text("Value of `scene` in a job request."),
-        [](const SceneView& s) -> Json { return s.id; }},
+      {{"id", shape::text("Value of `scene` in a job request."), print_member<&SceneView::id>},
        {"name", shape::text(), [](const SceneView& s) -> Json { return s.summary.name; }},
        {"bytes", shape::count("Memory of geometry, acceleration structure and textures."),
         [](const SceneView& s) -> Json { return s.summary.bytes; }},
@@ -187,14 +139,6 @@ const View<SceneView>& scene_view() {
   return kView;
 }
 
-}  // namespace
-
-std::string scene_json(std::string_view id, const core::SceneSummary& summary) {
-  return dump(scene_view().print({id, summary}));
-}
-
-namespace {
-
 const View<SceneListView>& scene_list_view() {
   static const View<SceneListView> kView = {
       "SceneList",
@@ -212,25 +156,63 @@ const View<SceneListView>& scene_list_view() {
   return kView;
 }
 
+const View<AssetView>& asset_view() {
+  static const View<AssetView> kView = {
+      "Asset",
+      "A stored file.",
+      {{"id", shape::text("sha256, hex."), print_member<&AssetView::id>},
+       {"bytes", shape::count(), print_member<&AssetView::bytes>}}};
+  return kView;
+}
+
 }  // namespace
+
+const View<core::Warning>& warning_view() {
+  using core::Warning;
+  static const View<Warning> kView = {
+      "Warning",
+      "What was read otherwise than the file says, or not at all. Its text in `warnings` is "
+      "`pointer: detail`.",
+      {{"code",
+        shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, `not_drawn`, "
+                    "`animation_ignored`, `extension_ignored`, ... Further kinds may be added."),
+        print_member<&Warning::code>},
+       {"pointer", shape::text("JSON pointer into the glTF document; empty: none."),
+        print_member<&Warning::pointer>},
+       {"detail", shape::text("What was seen, and what was done."),
+        print_member<&Warning::detail>}}};
+  return kView;
+}
+
+Json warning_details_shape() {
+  return shape::list(warning_view().shape(),
+                     "Those of `warnings` that are about the scene's file, for programs.");
+}
+
+const View<core::PunctualLightDescription>& light_view() {
+  using Light = core::PunctualLightDescription;
+  static const View<Light> kView = {
+      "SceneLight",
+      "A punctual light of the file.",
+      {{"name", shape::text(), print_member<&Light::name>},
+       {"type", shape::one_of({"directional", "point", "spot", "profile"}),
+        [](const Light& l) -> Json { return light_type(l.type); }},
+       {"intensity",
+        shape::triple("W/sr, or W/m2 if directional, or a factor of a light profile; linear RGB."),
+        [](const Light& l) {
+          return triple_json(core::Vec3{l.intensity.r, l.intensity.g, l.intensity.b});
+        }}}};
+  return kView;
+}
+
+std::string scene_json(std::string_view id, const core::SceneSummary& summary) {
+  return dump(scene_view().print({id, summary}));
+}
 
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next) {
   return dump(scene_list_view().print({scenes, next}));
 }
-
-namespace {
-
-const View<AssetView>& asset_view() {
-  static const View<AssetView> kView = {
-      "Asset",
-      "A stored file.",
-      {{"id", shape::text("sha256, hex."), [](const AssetView& a) -> Json { return a.id; }},
-       {"bytes", shape::count(), [](const AssetView& a) -> Json { return a.bytes; }}}};
-  return kView;
-}
-
-}  // namespace
 
 std::string asset_json(std::string_view id, std::uint64_t bytes) {
   return dump(asset_view().print({id, bytes}));

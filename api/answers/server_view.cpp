@@ -33,11 +33,11 @@ const View<TypeView>& type_info_view() {
   static const View<TypeView> kView = {
       "TypeInfo",
       "A name that requests can use.",
-      {{"type", shape::text("Name in requests."), [](const TypeView& t) -> Json { return t.type; }},
-       {"bias", shape::bias(), [](const TypeView& t) -> Json { return t.bias; }},
-       {"summary", shape::text(), [](const TypeView& t) -> Json { return t.summary; }},
+      {{"type", shape::text("Name in requests."), print_member<&TypeView::type>},
+       {"bias", shape::bias(), print_member<&TypeView::bias>},
+       {"summary", shape::text(), print_member<&TypeView::summary>},
        {"accepts", shape::texts("JSON pointers of the job request that it supports."),
-        [](const TypeView& t) -> Json { return t.accepts; }}}};
+        print_member<&TypeView::accepts>}}};
   return kView;
 }
 
@@ -154,14 +154,13 @@ const View<BuildView>& build_view() {
   static const View<BuildView> kView = {
       "",
       "Build and machine properties on which the bits of a film depend besides the job.",
-      {{"id", shape::text(), [](const BuildView& b) -> Json { return b.id; }},
-       {"commit", shape::text(), [](const BuildView& b) -> Json { return b.commit; }},
-       {"compiler", shape::text(), [](const BuildView& b) -> Json { return b.compiler; }},
-       {"isa", shape::text("Instruction set for ray tracing."),
-        [](const BuildView& b) -> Json { return b.isa; }},
-       {"embree", shape::text(), [](const BuildView& b) -> Json { return b.embree; }},
+      {{"id", shape::text(), print_member<&BuildView::id>},
+       {"commit", shape::text(), print_member<&BuildView::commit>},
+       {"compiler", shape::text(), print_member<&BuildView::compiler>},
+       {"isa", shape::text("Instruction set for ray tracing."), print_member<&BuildView::isa>},
+       {"embree", shape::text(), print_member<&BuildView::embree>},
        {"waves", shape::flag("Paths with default options are traced in groups of eight."),
-        [](const BuildView& b) -> Json { return b.waves; }}}};
+        print_member<&BuildView::waves>}}};
   return kView;
 }
 
@@ -169,52 +168,23 @@ const View<NamedSummary>& builtin_scene_view() {
   static const View<NamedSummary> kView = {
       "",
       "",
-      {{"name", shape::text(), [](const NamedSummary& s) -> Json { return s.name; }},
-       {"summary", shape::text(), [](const NamedSummary& s) -> Json { return s.summary; }}}};
+      {{"name", shape::text(), print_member<&NamedSummary::name>},
+       {"summary", shape::text(), print_member<&NamedSummary::summary>}}};
   return kView;
 }
-
-}  // namespace
-
-std::vector<OptionRow> estimation_options() {
-  std::vector<OptionRow> all;
-  add_options(all, "/estimator/strategy", "estimator.strategy", core::strategies());
-  add_options(all, "/estimator/mis/type", "estimator.mis", core::mis_types());
-  add_options(all, "/estimator/roulette/type", "estimator.roulette", core::roulette_types());
-  add_options(all, "/estimator/splitting/type", "estimator.splitting", core::splitting_types());
-  add_options(all, "/estimator/control_variate/type", "estimator.control_variate",
-              core::control_variate_types());
-  add_options(all, "/estimator/expected_values", "estimator.expected_values",
-              core::expected_value_types());
-  add_options(all, "/spectral", "spectral", core::spectral_types());
-  for (const auto& entry : core::granularities()) {
-    all.push_back({"adaptive.granularity." + std::string(entry.name), std::string(entry.bias),
-                   std::string(entry.summary),
-                   dump({{"adaptive", {{"type", "pilot"}, {"granularity", entry.name}}}})});
-  }
-  return all;
-}
-
-std::string build_json(const ServerView& server) {
-  Json build = build_view().print(server.build);
-  build["arithmetic"] = server.build.arithmetic;
-  return dump(build);
-}
-
-namespace {
 
 const View<core::IntegratorEntry>& integrator_view() {
   using Entry = core::IntegratorEntry;
   static const View<Entry> kView = {
       "IntegratorInfo",
       "An algorithm that traces light paths.",
-      {{"type", shape::text("Name in requests."), [](const Entry& e) -> Json { return e.name; }},
-       {"bias", shape::bias(), [](const Entry& e) -> Json { return e.bias; }},
+      {{"type", shape::text("Name in requests."), print_member<&Entry::name>},
+       {"bias", shape::bias(), print_member<&Entry::bias>},
        {"error", shape::one_of(error_names(), "How the error of its images is known."),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},
-       {"summary", shape::text(), [](const Entry& e) -> Json { return e.summary; }},
+       {"summary", shape::text(), print_member<&Entry::summary>},
        {"accepts", shape::texts("JSON pointers of the job request that it supports."),
         [](const Entry& e) -> Json { return texts_of(e.accepts); }},
        {"defaults", shape::object("Merge patch (RFC 7396) of `defaults` for its jobs."),
@@ -226,9 +196,9 @@ const View<OptionRow>& option_view() {
   static const View<OptionRow> kView = {
       "EstimationOption",
       "An estimator setting.",
-      {{"name", shape::text(), [](const OptionRow& o) -> Json { return o.name; }},
-       {"bias", shape::bias(), [](const OptionRow& o) -> Json { return o.bias; }},
-       {"summary", shape::text(), [](const OptionRow& o) -> Json { return o.summary; }},
+      {{"name", shape::text(), print_member<&OptionRow::name>},
+       {"bias", shape::bias(), print_member<&OptionRow::bias>},
+       {"summary", shape::text(), print_member<&OptionRow::summary>},
        {"patch", shape::object("Merge patch (RFC 7396) of the job request that selects it."),
         [](const OptionRow& o) { return Json::parse(o.patch); }}}};
   return kView;
@@ -240,7 +210,7 @@ const View<ServerView>& server_view() {
   static const View<Server> kView = {
       "Server",
       "Server capabilities.",
-      {{"version", shape::text(), [](const Server& s) -> Json { return s.version; }},
+      {{"version", shape::text(), print_member<&Server::version>},
        {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
        {"limits", shape::map(shape::integer(), "Every limit by name."), &limits_json},
        {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
@@ -284,15 +254,39 @@ const View<DrainView>& drain_view() {
       "Drain",
       "Whether the server accepts new jobs, and its remaining work.",
       {{"draining", shape::flag("New jobs are refused with 503, and queued jobs do not start."),
-        [](const DrainView& d) -> Json { return d.draining; }},
+        print_member<&DrainView::draining>},
        {"running", shape::count("Jobs that are loading, rendering or ending; they continue."),
-        [](const DrainView& d) -> Json { return d.running; }},
-       {"queued", shape::count("Queued jobs."),
-        [](const DrainView& d) -> Json { return d.queued; }}}};
+        print_member<&DrainView::running>},
+       {"queued", shape::count("Queued jobs."), print_member<&DrainView::queued>}}};
   return kView;
 }
 
 }  // namespace
+
+std::vector<OptionRow> estimation_options() {
+  std::vector<OptionRow> all;
+  add_options(all, "/estimator/strategy", "estimator.strategy", core::strategies());
+  add_options(all, "/estimator/mis/type", "estimator.mis", core::mis_types());
+  add_options(all, "/estimator/roulette/type", "estimator.roulette", core::roulette_types());
+  add_options(all, "/estimator/splitting/type", "estimator.splitting", core::splitting_types());
+  add_options(all, "/estimator/control_variate/type", "estimator.control_variate",
+              core::control_variate_types());
+  add_options(all, "/estimator/expected_values", "estimator.expected_values",
+              core::expected_value_types());
+  add_options(all, "/spectral", "spectral", core::spectral_types());
+  for (const auto& entry : core::granularities()) {
+    all.push_back({"adaptive.granularity." + std::string(entry.name), std::string(entry.bias),
+                   std::string(entry.summary),
+                   dump({{"adaptive", {{"type", "pilot"}, {"granularity", entry.name}}}})});
+  }
+  return all;
+}
+
+std::string build_json(const ServerView& server) {
+  Json build = build_view().print(server.build);
+  build["arithmetic"] = server.build.arithmetic;
+  return dump(build);
+}
 
 std::string drain_json(const DrainView& drain) { return dump(drain_view().print(drain)); }
 

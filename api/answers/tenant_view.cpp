@@ -82,18 +82,16 @@ Json time_or_null(const std::optional<double>& time) {
 
 const Columns<KeyView>& key_columns() {
   static const Columns<KeyView> kColumns = {
-      {"id", text_schema("Identifies the key in lists and logs."),
-       [](const KeyView& key) { return Json(key.id); }},
-      {"name", text_schema("Display name."), [](const KeyView& key) { return Json(key.name); }},
+      {"id", text_schema("Identifies the key in lists and logs."), print_member<&KeyView::id>},
+      {"name", text_schema("Display name."), print_member<&KeyView::name>},
       {"tenant", text_schema("Tenant whose objects it sees and to which its objects belong."),
-       [](const KeyView& key) { return Json(key.tenant); }},
-      {"scopes", array_schema(enum_schema(kScopes, ""), "Scopes."),
-       [](const KeyView& key) { return Json(key.scopes); }},
+       print_member<&KeyView::tenant>},
+      {"scopes", array_schema(enum_schema(kScopes, ""), "Scopes."), print_member<&KeyView::scopes>},
       {"rate_limit",
        count_schema("Requests per minute; 0: no limit; null: the server's default.", true),
        [](const KeyView& key) { return key.rate_limit ? Json(*key.rate_limit) : Json(nullptr); }},
       {"max_priority", count_schema("Maximum priority of its jobs."),
-       [](const KeyView& key) { return Json(key.max_priority); }},
+       print_member<&KeyView::max_priority>},
       {"created_at", time_schema(""),
        [](const KeyView& key) { return Json(rfc3339(key.created_at_unix_seconds)); }},
       {"expires_at", time_schema("null: never.", true),
@@ -104,38 +102,31 @@ const Columns<KeyView>& key_columns() {
 
 const Columns<UsageView>& usage_columns() {
   static const Columns<UsageView> kColumns = {
-      {"tenant", text_schema("Empty: the operator."),
-       [](const UsageView& usage) { return Json(usage.tenant); }},
-      {"jobs", count_schema("Stored jobs."),
-       [](const UsageView& usage) { return Json(usage.jobs); }},
+      {"tenant", text_schema("Empty: the operator."), print_member<&UsageView::tenant>},
+      {"jobs", count_schema("Stored jobs."), print_member<&UsageView::jobs>},
       {"unfinished_jobs", count_schema("Stored jobs that have not ended."),
-       [](const UsageView& usage) { return Json(usage.unfinished_jobs); }},
+       print_member<&UsageView::unfinished_jobs>},
       {"cpu_seconds",
        basic_schema("number", "CPU time of all jobs except previews, including deleted jobs."),
-       [](const UsageView& usage) { return number_json(usage.cpu_seconds); }},
+       print_number<&UsageView::cpu_seconds>},
       {"deleted_jobs", count_schema("Number of deleted jobs."),
-       [](const UsageView& usage) { return Json(usage.deleted_jobs); }},
+       print_member<&UsageView::deleted_jobs>},
       {"asset_bytes", count_schema("Assets and scenes of the tenant."),
-       [](const UsageView& usage) { return Json(usage.asset_bytes); }},
+       print_member<&UsageView::asset_bytes>},
       {"film_bytes", count_schema("Films, including space reserved for jobs that are rendering."),
-       [](const UsageView& usage) { return Json(usage.film_bytes); }},
-      {"streams", count_schema("Open event and tile streams."),
-       [](const UsageView& usage) { return Json(usage.streams); }},
+       print_member<&UsageView::film_bytes>},
+      {"streams", count_schema("Open event and tile streams."), print_member<&UsageView::streams>},
   };
   return kColumns;
 }
 
 const Columns<QuotasView>& quota_columns() {
   static const Columns<QuotasView> kColumns = {
-      {"jobs", count_schema("Unfinished jobs."), [](const QuotasView& q) { return Json(q.jobs); }},
-      {"previews", count_schema("Concurrent previews."),
-       [](const QuotasView& q) { return Json(q.previews); }},
-      {"streams", count_schema("Open streams."),
-       [](const QuotasView& q) { return Json(q.streams); }},
-      {"lab_runs", count_schema("Concurrent experiments."),
-       [](const QuotasView& q) { return Json(q.lab_runs); }},
-      {"stored_bytes", count_schema("Assets and films."),
-       [](const QuotasView& q) { return Json(q.stored_bytes); }},
+      {"jobs", count_schema("Unfinished jobs."), print_member<&QuotasView::jobs>},
+      {"previews", count_schema("Concurrent previews."), print_member<&QuotasView::previews>},
+      {"streams", count_schema("Open streams."), print_member<&QuotasView::streams>},
+      {"lab_runs", count_schema("Concurrent experiments."), print_member<&QuotasView::lab_runs>},
+      {"stored_bytes", count_schema("Assets and films."), print_member<&QuotasView::stored_bytes>},
   };
   return kColumns;
 }
@@ -143,16 +134,15 @@ const Columns<QuotasView>& quota_columns() {
 const Columns<DeliveryView>& delivery_columns() {
   static const Columns<DeliveryView> kColumns = {
       {"id", text_schema("The webhook-id that is sent with every attempt."),
-       [](const DeliveryView& call) { return Json(call.id); }},
+       print_member<&DeliveryView::id>},
       {"job", text_schema("Job or batch of the event; null: a test.", true),
        [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
       {"event", text_schema("Type of event: `state`, `end` or `test`."),
-       [](const DeliveryView& call) { return Json(call.event); }},
-      {"url", text_schema(""), [](const DeliveryView& call) { return Json(call.url); }},
+       print_member<&DeliveryView::event>},
+      {"url", text_schema(""), print_member<&DeliveryView::url>},
       {"state", enum_schema(kDeliveryStates, "`failed`: no further attempts."),
-       [](const DeliveryView& call) { return Json(call.state); }},
-      {"attempts", count_schema("Number of attempts."),
-       [](const DeliveryView& call) { return Json(call.attempts); }},
+       print_member<&DeliveryView::state>},
+      {"attempts", count_schema("Number of attempts."), print_member<&DeliveryView::attempts>},
       {"created_at", time_schema(""),
        [](const DeliveryView& call) { return Json(rfc3339(call.created_at_unix_seconds)); }},
       {"next_attempt_at", time_schema("Set while the call is pending.", true),
@@ -191,13 +181,10 @@ void read_scopes(const Json& value, KeyRequest& out, const std::string& pointer,
 
 const auto& key_request_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-          "Display name."),
-      text(
-          "tenant", [](auto& s) -> auto& { return s.tenant; }, {1, kTenantCharacters},
-          "Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, "
-          "give its tenant."),
+      required_text("name", &KeyRequest::name, {1, limits::kNameCharacters}, "Display name."),
+      text("tenant", &KeyRequest::tenant, {1, kTenantCharacters},
+           "Tenant of the key: letters, digits, `.`, `_`, `-`; null: a new one. To replace a key, "
+           "give its tenant."),
       CustomRow<KeyRequest>{
           "scopes", &read_scopes,
           [](const KeyRequest& body, Json& json) { json["scopes"] = body.scopes; },
@@ -209,15 +196,11 @@ const auto& key_request_table() {
             schema["default"] = defaults.scopes;
             return schema;
           }},
-      number(
-          "rate_limit", [](auto& s) -> auto& { return s.rate_limit; }, {0, kRateMax},
-          "Requests per minute; 0: no limit; null: the server's default."),
-      number(
-          "max_priority", [](auto& s) -> auto& { return s.max_priority; }, {0, limits::kPriority},
-          "Maximum priority of its jobs."),
-      number(
-          "days", [](auto& s) -> auto& { return s.days; }, {1, kDaysMax},
-          "Days until the key expires; null: never."),
+      number("rate_limit", &KeyRequest::rate_limit, {0, kRateMax},
+             "Requests per minute; 0: no limit; null: the server's default."),
+      number("max_priority", &KeyRequest::max_priority, {0, limits::kPriority},
+             "Maximum priority of its jobs."),
+      number("days", &KeyRequest::days, {1, kDaysMax}, "Days until the key expires; null: never."),
   };
   return kTable;
 }
@@ -228,9 +211,8 @@ struct TestRequest {
 
 const auto& test_request_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
-          "Address to which a call of type `test` is sent."),
+      required_text("url", &TestRequest::url, {1, limits::kWebhookUrlCharacters},
+                    "Address to which a call of type `test` is sent."),
   };
   return kTable;
 }

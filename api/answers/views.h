@@ -6,8 +6,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
-#include <vector>
 
 #include "api/answers/dry_run.h"
 #include "api/answers/events.h"

@@ -34,18 +34,13 @@ void read_units(const Json& value, WorkerReport& out, const std::string& pointer
 
 const auto& report_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "build", [](auto& s) -> auto& { return s.build; }, {1, kTextCharacters},
-          "Id of the worker's build."),
-      required_text(
-          "arithmetic", [](auto& s) -> auto& { return s.arithmetic; }, {1, kTextCharacters},
-          "Arithmetic class of the worker."),
-      number(
-          "threads", [](auto& s) -> auto& { return s.threads; }, {1, limits::kWorkerThreads},
-          "Units that it renders concurrently."),
-      flag(
-          "draining", [](auto& s) -> auto& { return s.draining; },
-          "The worker takes no more units."),
+      required_text("build", &WorkerReport::build, {1, kTextCharacters},
+                    "Id of the worker's build."),
+      required_text("arithmetic", &WorkerReport::arithmetic, {1, kTextCharacters},
+                    "Arithmetic class of the worker."),
+      number("threads", &WorkerReport::threads, {1, limits::kWorkerThreads},
+             "Units that it renders concurrently."),
+      flag("draining", &WorkerReport::draining, "The worker takes no more units."),
       CustomRow<WorkerReport>{
           "units", &read_units,
           [](const WorkerReport& report, Json& json) { json["units"] = report.units; },
@@ -59,12 +54,9 @@ const auto& report_table() {
 
 const auto& unit_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "worker", [](auto& s) -> auto& { return s.worker; }, {1, kTextCharacters},
-          "Id of the worker."),
-      text(
-          "fault", [](auto& s) -> auto& { return s.fault; }, {0, limits::kNameCharacters},
-          "Why a returned unit was not rendered; empty: not because of a fault."),
+      required_text("worker", &UnitRequest::worker, {1, kTextCharacters}, "Id of the worker."),
+      text("fault", &UnitRequest::fault, {0, limits::kNameCharacters},
+           "Why a returned unit was not rendered; empty: not because of a fault."),
   };
   return kTable;
 }
@@ -80,9 +72,9 @@ const View<WorkerOrders>& orders_view() {
           return o.reason.empty() ? Json(nullptr) : Json(o.reason);
         }},
        {"report_seconds", shape::real("Time until the next report."),
-        [](const WorkerOrders& o) -> Json { return o.report_seconds; }},
+        print_member<&WorkerOrders::report_seconds>},
        {"dropped", shape::texts("Units whose results are no longer needed."),
-        [](const WorkerOrders& o) -> Json { return o.dropped; }}}};
+        print_member<&WorkerOrders::dropped>}}};
   return kView;
 }
 
@@ -95,7 +87,7 @@ const View<WorkInputs>& inputs_view() {
        {"files",
         shape::map(shape::text(),
                    "Asset ids by uri; \"\" is the glTF document. Empty: a built-in scene."),
-        [](const WorkInputs& w) -> Json { return w.files; }}}};
+        print_member<&WorkInputs::files>}}};
   return kView;
 }
 
@@ -104,33 +96,29 @@ const View<WorkerView>& worker_view() {
       "Worker",
       "A process that renders units of this server's jobs.",
       {{"id", shape::text("Changes each time the worker is started."),
-        [](const WorkerView& w) -> Json { return w.id; }},
-       {"build", shape::text("Build of the worker."),
-        [](const WorkerView& w) -> Json { return w.build; }},
+        print_member<&WorkerView::id>},
+       {"build", shape::text("Build of the worker."), print_member<&WorkerView::build>},
        {"arithmetic", shape::text("Arithmetic class of the worker."),
-        [](const WorkerView& w) -> Json { return w.arithmetic; }},
+        print_member<&WorkerView::arithmetic>},
        {"threads", shape::count("Units that it renders concurrently."),
-        [](const WorkerView& w) -> Json { return w.threads; }},
+        print_member<&WorkerView::threads>},
        {"rate", shape::real("Pixel samples per second while rendering."),
-        [](const WorkerView& w) { return number_json(w.rate); }},
-       {"leases", shape::count("Units that the worker holds."),
-        [](const WorkerView& w) -> Json { return w.leases; }},
+        print_number<&WorkerView::rate>},
+       {"leases", shape::count("Units that the worker holds."), print_member<&WorkerView::leases>},
        {"held",
-        shape::texts(
-            "Names of those of them whose jobs the key can see. Each begins with its job's "
-            "id and a dot."),
-        [](const WorkerView& w) -> Json { return w.held; }},
-       {"units", shape::count("Results that were accepted."),
-        [](const WorkerView& w) -> Json { return w.units; }},
+        shape::texts("Names of those of them whose jobs the key can see. Each begins with its "
+                     "job's id and a dot."),
+        print_member<&WorkerView::held>},
+       {"units", shape::count("Results that were accepted."), print_member<&WorkerView::units>},
        {"faults", shape::count("Units that it lost or failed, or whose results were wrong."),
-        [](const WorkerView& w) -> Json { return w.faults; }},
+        print_member<&WorkerView::faults>},
        {"state",
         shape::one_of({"idle", "working", "draining", "suspended", "unsuitable", "left", "lost"}),
-        [](const WorkerView& w) -> Json { return w.state; }},
+        print_member<&WorkerView::state>},
        {"reason",
-        shape::nullable(shape::text("Why the worker is unsuitable or suspended; for the "
-                                    "operator and keys with the scope admin, with the "
-                                    "error that it reported.")),
+        shape::nullable(
+            shape::text("Why the worker is unsuitable or suspended; for the operator and keys with "
+                        "the scope admin, with the error that it reported.")),
         [](const WorkerView& w) -> Json {
           return w.reason.empty() ? Json(nullptr) : Json(w.reason);
         }},
@@ -143,8 +131,7 @@ const View<WorkerTile>& tile_view() {
   static const View<WorkerTile> kView = {
       "WorkerTile",
       "A tile that a worker is rendering. Pixels count from the top left of the full film.",
-      {{"worker", shape::text("Id of the worker."),
-        [](const WorkerTile& t) -> Json { return t.worker; }},
+      {{"worker", shape::text("Id of the worker."), print_member<&WorkerTile::worker>},
        {"x", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.x; }},
        {"y", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.y; }},
        {"width", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.width; }},

@@ -1,7 +1,6 @@
 #include "api/job/examples.h"
 
 #include <array>
-#include <limits>
 
 #include <nlohmann/json.hpp>
 

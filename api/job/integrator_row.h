@@ -45,8 +45,7 @@ constexpr auto integrator_row() {
           number(
               "radius_m", [](auto& s) -> auto& { return s.render.photons.radius_m; }, {0, 1e6},
               "Radius within which photons are gathered, in metres; sppm and vcm: initial radius. "
-              "0: "
-              "three pixels at the distance of the visible surfaces.")),
+              "0: three pixels at the distance of the visible surfaces.")),
       own_option(
           "/integrator/alpha",
           number(

@@ -16,16 +16,12 @@ namespace {
 
 const auto& crop_table() {
   static constexpr auto kTable = std::tuple{
-      number(
-          "x", [](auto& s) -> auto& { return s.x; }, {0, limits::kFilmSide - 1},
-          "Left column, in pixels of the full film."),
-      number(
-          "y", [](auto& s) -> auto& { return s.y; }, {0, limits::kFilmSide - 1},
-          "Top row, in pixels of the full film."),
-      number(
-          "width", [](auto& s) -> auto& { return s.width; }, {1, limits::kFilmSide}, "Pixels."),
-      number(
-          "height", [](auto& s) -> auto& { return s.height; }, {1, limits::kFilmSide}, "Pixels."),
+      number("x", &core::PixelRect::x, {0, limits::kFilmSide - 1},
+             "Left column, in pixels of the full film."),
+      number("y", &core::PixelRect::y, {0, limits::kFilmSide - 1},
+             "Top row, in pixels of the full film."),
+      number("width", &core::PixelRect::width, {1, limits::kFilmSide}, "Pixels."),
+      number("height", &core::PixelRect::height, {1, limits::kFilmSide}, "Pixels."),
   };
   return kTable;
 }
@@ -35,22 +31,17 @@ const auto& medium_table() {
   constexpr Range kCoefficient = {0, 1e6};
   constexpr double kMostForward = 0.999;
   static constexpr auto kTable = std::tuple{
-      choice(
-          "type", [](auto& s) -> auto& { return s.type; }, &core::fog_types, "Kind of medium."),
-      triple(
-          "scattering", [](auto& s) -> auto& { return s.scattering; }, kCoefficient,
-          "Coefficient in 1/m, linear RGB."),
-      triple(
-          "absorption", [](auto& s) -> auto& { return s.absorption; }, kCoefficient,
-          "Coefficient in 1/m, linear RGB."),
-      number(
-          "g", [](auto& s) -> auto& { return s.g; }, {-kMostForward, kMostForward},
-          "Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 "
-          "forward."),
-      number(
-          "height_falloff", [](auto& s) -> auto& { return s.height_falloff; }, {0, 1e3},
-          "Density is proportional to exp(-height_falloff y); the coefficients are those at y = "
-          "0."),
+      choice("type", &core::FogSettings::type, &core::fog_types, "Kind of medium."),
+      triple("scattering", &core::FogSettings::scattering, kCoefficient,
+             "Coefficient in 1/m, linear RGB."),
+      triple("absorption", &core::FogSettings::absorption, kCoefficient,
+             "Coefficient in 1/m, linear RGB."),
+      number("g", &core::FogSettings::g, {-kMostForward, kMostForward},
+             "Mean cosine of the scattering angle (Henyey and Greenstein): 0 is isotropic, above 0 "
+             "forward."),
+      number("height_falloff", &core::FogSettings::height_falloff, {0, 1e3},
+             "Density is proportional to exp(-height_falloff y); the coefficients are those at y = "
+             "0."),
   };
   return kTable;
 }
@@ -139,9 +130,8 @@ void read_webhook_events(const Json& value, Webhook& webhook, const std::string&
 
 const auto& webhook_table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "url", [](auto& s) -> auto& { return s.url; }, {1, limits::kWebhookUrlCharacters},
-          "http or https; receives a signed POST (Standard Webhooks) for each event."),
+      required_text("url", &Webhook::url, {1, limits::kWebhookUrlCharacters},
+                    "http or https; receives a signed POST (Standard Webhooks) for each event."),
       CustomRow<Webhook>{"events", &read_webhook_events,
                          [](const Webhook& s, Json& object) { object["events"] = s.events; },
                          [](const Webhook& defaults) {

@@ -245,45 +245,36 @@ constexpr auto light_sampler_row() {
 
 const auto& table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "scene", [](auto& s) -> auto& { return s.scene; }, {1, limits::kNameCharacters},
-          "Id from POST /v1/scenes, or the name of a built-in scene."),
-      text(
-          "name", [](auto& s) -> auto& { return s.name; }, {0, limits::kNameCharacters},
-          "Display name."),
+      required_text("scene", &JobSpec::scene, {1, limits::kNameCharacters},
+                    "Id from POST /v1/scenes, or the name of a built-in scene."),
+      text("name", &JobSpec::name, {0, limits::kNameCharacters}, "Display name."),
       CustomRow<JobSpec>{"labels", &read_labels, &print_labels, &labels_schema},
-      number(
-          "priority", [](auto& s) -> auto& { return s.priority; },
-          {-limits::kPriority, limits::kPriority}, "Higher values are served first."),
+      number("priority", &JobSpec::priority, {-limits::kPriority, limits::kPriority},
+             "Higher values are served first."),
       number(
           "seed", [](auto& s) -> auto& { return s.render.seed; }, {0, limits::kSeed},
           "Seed for all random numbers in the job."),
       camera_row(),
-      text(
-          "variant", [](auto& s) -> auto& { return s.variant; }, {1, limits::kNameCharacters},
-          "Material variant of the file by name (KHR_materials_variants)."),
-      number(
-          "time_seconds", [](auto& s) -> auto& { return s.time_seconds; }, {-1e6, 1e6},
-          "Animation time, seconds; null: the rest pose given by the file's transforms."),
+      text("variant", &JobSpec::variant, {1, limits::kNameCharacters},
+           "Material variant of the file by name (KHR_materials_variants)."),
+      number("time_seconds", &JobSpec::time_seconds, {-1e6, 1e6},
+             "Animation time, seconds; null: the rest pose given by the file's transforms."),
       shown_if([](const JobSpec& s) { return s.render.shutter_seconds > 0; },
                number(
                    "shutter_seconds", [](auto& s) -> auto& { return s.render.shutter_seconds; },
                    {0, 1e6},
                    "Time that the shutter is open, in seconds, starting at time_seconds: animated "
                    "objects and the file's camera are blurred. 0: no motion blur.")),
-      shown_if([](const JobSpec& s) { return s.render.film.motion; },
-               number(
-                   "motion_seconds", [](auto& s) -> auto& { return s.motion_seconds; }, {-1e6, 1e6},
-                   "Time from time_seconds to the second moment of the layer motion, which "
-                   "includes the motion of the file's camera; negative: an earlier moment. In the "
-                   "rest pose nothing moves.")),
+      shown_if(
+          [](const JobSpec& s) { return s.render.film.motion; },
+          number("motion_seconds", &JobSpec::motion_seconds, {-1e6, 1e6},
+                 "Time from time_seconds to the second moment of the layer motion, which "
+                 "includes the motion of the file's camera; negative: an earlier moment. In the "
+                 "rest pose nothing moves.")),
       CustomRow<JobSpec>{"medium", &read_medium, &print_medium, &medium_schema},
-      choice(
-          "class", [](auto& s) -> auto& { return s.job_class; }, &classes, "Scheduling class."),
-      text(
-          "preview_key", [](auto& s) -> auto& { return s.preview_key; },
-          {1, limits::kNameCharacters},
-          "A later preview with the same key supersedes this one; class preview only."),
+      choice("class", &JobSpec::job_class, &classes, "Scheduling class."),
+      text("preview_key", &JobSpec::preview_key, {1, limits::kNameCharacters},
+           "A later preview with the same key supersedes this one; class preview only."),
       CustomRow<JobSpec>{"environment", &read_environment, &print_environment, &environment_schema,
                          false, true},
       shown_if(
@@ -342,18 +333,13 @@ const auto& table() {
                          "If false, there are none until the job has ended."))),
       shown_if([](const JobSpec& s) { return s.webhook.has_value(); },
                CustomRow<JobSpec>{"webhook", &read_webhook, &print_webhook, &webhook_schema}),
-      shown_if([](const JobSpec& s) { return s.retention_seconds.has_value(); },
-               number(
-                   "retention_seconds", [](auto& s) -> auto& { return s.retention_seconds; },
-                   {0, limits::kRetentionSeconds},
-                   "Time after its end at which the job and its files are deleted; null: kept.")),
+      shown_if(
+          [](const JobSpec& s) { return s.retention_seconds.has_value(); },
+          number("retention_seconds", &JobSpec::retention_seconds, {0, limits::kRetentionSeconds},
+                 "Time after its end at which the job and its files are deleted; null: kept.")),
   };
   return kTable;
 }
-
-}  // namespace
-
-namespace {
 
 /// Rounds min_samples to a count at which decisions are made, so that the spec holds the value in
 /// force. Returns false if it already was one.

@@ -1,6 +1,5 @@
 // The irradiance meter of a job: "meter": {"points": [...], "plane": {...}}.
 
-#include <cmath>
 #include <tuple>
 
 #include "api/job/job_rows.h"
@@ -14,32 +13,23 @@ constexpr Range kMetres = {-1e9, 1e9};
 
 const auto& point_table() {
   static constexpr auto kTable = std::tuple{
-      triple(
-          "position", [](auto& s) -> auto& { return s.position; }, kMetres, "World space, metres."),
-      triple(
-          "normal", [](auto& s) -> auto& { return s.normal; }, kMetres,
-          "Normal; any length except 0."),
+      triple("position", &core::MeterPoint::position, kMetres, "World space, metres."),
+      triple("normal", &core::MeterPoint::normal, kMetres, "Normal; any length except 0."),
   };
   return kTable;
 }
 
 const auto& plane_table() {
   static constexpr auto kTable = std::tuple{
-      triple(
-          "origin", [](auto& s) -> auto& { return s.origin; }, kMetres,
-          "Corner of the rectangle, world space, metres."),
-      triple(
-          "edge_u", [](auto& s) -> auto& { return s.edge_u; }, kMetres,
-          "Vector from origin to the next corner; the plane faces along edge_u x edge_v."),
-      triple(
-          "edge_v", [](auto& s) -> auto& { return s.edge_v; }, kMetres,
-          "Vector from origin to the other adjacent corner."),
-      number(
-          "columns", [](auto& s) -> auto& { return s.columns; }, {1, limits::kMeterPoints},
-          "Cells along edge_u."),
-      number(
-          "rows", [](auto& s) -> auto& { return s.rows; }, {1, limits::kMeterPoints},
-          "Cells along edge_v."),
+      triple("origin", &core::MeterPlane::origin, kMetres,
+             "Corner of the rectangle, world space, metres."),
+      triple("edge_u", &core::MeterPlane::edge_u, kMetres,
+             "Vector from origin to the next corner; the plane faces along edge_u x edge_v."),
+      triple("edge_v", &core::MeterPlane::edge_v, kMetres,
+             "Vector from origin to the other adjacent corner."),
+      number("columns", &core::MeterPlane::columns, {1, limits::kMeterPoints},
+             "Cells along edge_u."),
+      number("rows", &core::MeterPlane::rows, {1, limits::kMeterPoints}, "Cells along edge_v."),
   };
   return kTable;
 }

@@ -54,11 +54,10 @@ Json automatic_or(Json other, std::string_view doc) {
 const auto& orbit_table() {
   static constexpr auto kTable = std::tuple{
       number(
-          "theta_degrees", [](auto& s) -> auto& { return s.theta_degrees; }, {-36000, 36000},
+          "theta_degrees", &core::CameraOrbit::theta_degrees, {-36000, 36000},
           "Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z)."),
-      number(
-          "phi_degrees", [](auto& s) -> auto& { return s.phi_degrees; }, {0, 180},
-          "Angle from +y: 0 looks down from above, 90 is level."),
+      number("phi_degrees", &core::CameraOrbit::phi_degrees, {0, 180},
+             "Angle from +y: 0 looks down from above, 90 is level."),
       CustomRow<core::CameraOrbit>{
           "radius", &read_orbit_radius,
           [](const core::CameraOrbit& s, Json& object) {

@@ -1,7 +1,6 @@
 // Members of "camera" for calibrated cameras: shift, pose and distortion.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <span>
 #include <tuple>
@@ -62,9 +61,8 @@ Json numbers_schema(std::string_view doc, std::size_t least, std::size_t most, d
 const auto& pose_table() {
   using core::CameraPose;
   static constexpr auto kTable = std::tuple{
-      choice(
-          "convention", [](auto& s) -> auto& { return s.convention; }, &core::pose_conventions,
-          "Axes of the camera. The world's are always those of the scene, y up."),
+      choice("convention", &CameraPose::convention, &core::pose_conventions,
+             "Axes of the camera. The world's are always those of the scene, y up."),
       CustomRow<CameraPose>{
           "matrix",
           [](const Json& value, CameraPose& out, const std::string& pointer, Faults& faults) {
@@ -87,8 +85,7 @@ const auto& distortion_table() {
   using core::DistortionSettings;
   static constexpr std::size_t kMost = 12;
   static constexpr auto kTable = std::tuple{
-      choice(
-          "model", [](auto& s) -> auto& { return s.model; }, &core::distortion_models, "Formula."),
+      choice("model", &DistortionSettings::model, &core::distortion_models, "Formula."),
       CustomRow<DistortionSettings>{
           "k",
           [](const Json& value, DistortionSettings& out, const std::string& pointer,

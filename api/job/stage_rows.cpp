@@ -1,6 +1,5 @@
 // Surroundings of a model: environment, background, ground.
 
-#include <array>
 #include <cmath>
 #include <string>
 #include <tuple>
@@ -46,12 +45,10 @@ void read_sun_time(const Json& value, core::SunSettings& sun, const std::string&
 
 const auto& sun_table() {
   static constexpr auto kTable = std::tuple{
-      number(
-          "latitude", [](auto& s) -> auto& { return s.latitude_degrees; }, {-90, 90},
-          "Degrees; north is positive."),
-      number(
-          "longitude", [](auto& s) -> auto& { return s.longitude_degrees; }, {-180, 180},
-          "Degrees; east is positive."),
+      number("latitude", &core::SunSettings::latitude_degrees, {-90, 90},
+             "Degrees; north is positive."),
+      number("longitude", &core::SunSettings::longitude_degrees, {-180, 180},
+             "Degrees; east is positive."),
       CustomRow<core::SunSettings>{"time", &read_sun_time,
                                    [](const core::SunSettings& s, Json& object) {
                                      object["time"] = short_rfc3339(s.unix_seconds);
@@ -162,14 +159,12 @@ const auto& environment_table() {
 const auto& background_table() {
   constexpr Range kRadiance = {0, 1e9};
   static constexpr auto kTable = std::tuple{
-      choice(
-          "type", [](auto& s) -> auto& { return s.type; }, &core::backgrounds,
-          "Kind of background. Default: 'transparent' with ground 'catcher', otherwise "
-          "'environment'."),
+      choice("type", &core::BackgroundSettings::type, &core::backgrounds,
+             "Kind of background. Default: 'transparent' with ground 'catcher', otherwise "
+             "'environment'."),
       when([](const core::BackgroundSettings& s) { return s.type == core::BackgroundType::kColor; },
            "applies only to type 'color'",
-           triple(
-               "color", [](auto& s) -> auto& { return s.color; }, kRadiance, "Linear Rec.709.")),
+           triple("color", &core::BackgroundSettings::color, kRadiance, "Linear Rec.709.")),
       when(
           [](const core::BackgroundSettings& s) {
             return s.type != core::BackgroundType::kEnvironment;
@@ -180,13 +175,12 @@ const auto& background_table() {
                 return s.through_glass != (s.type == core::BackgroundType::kTransparent);
               },
               flag(
-                  "through_glass", [](auto& s) -> auto& { return s.through_glass; },
+                  "through_glass", &core::BackgroundSettings::through_glass,
                   "Glass, water and other clear surfaces show the background, not the environment: "
                   "surfaces that camera paths cross, bent or not, with a roughness of at most 0.1. "
                   "With type 'transparent' their alpha is 1 less the luminance of the light that "
-                  "they "
-                  "let through. Default: true for 'transparent' with integrators that support it, "
-                  "otherwise false."))),
+                  "they let through. Default: true for 'transparent' with integrators that support "
+                  "it, otherwise false."))),
   };
   return kTable;
 }
@@ -199,23 +193,20 @@ const auto& ground_table() {
   };
   constexpr std::string_view kElse = "applies only to types 'catcher' and 'sweep'";
   static constexpr auto kTable = std::tuple{
-      choice(
-          "type", [](auto& s) -> auto& { return s.type; }, &core::grounds, "Kind of ground."),
+      choice("type", &core::GroundSettings::type, &core::grounds, "Kind of ground."),
       when(kIsThere, kElse,
-           number(
-               "height", [](auto& s) -> auto& { return s.height_m; }, kMetres,
-               "Height (y), metres; null: the model's lowest point.")),
+           number("height", &core::GroundSettings::height_m, kMetres,
+                  "Height (y), metres; null: the model's lowest point.")),
+      when(
+          kIsThere, kElse,
+          triple("color", &core::GroundSettings::color, kShare,
+                 "Albedo of its surface, linear Rec.709; also of a catcher, which lights the model "
+                 "from below.")),
       when(kIsThere, kElse,
-           triple(
-               "color", [](auto& s) -> auto& { return s.color; }, kShare,
-               "Albedo of its surface, linear Rec.709; also of a catcher, which lights the model "
-               "from below.")),
-      when(kIsThere, kElse,
-           number(
-               "reflection", [](auto& s) -> auto& { return s.reflection; }, kShare,
-               "Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a "
-               "lacquered surface, which reflects 4% at normal incidence and more at grazing "
-               "angles.")),
+           number("reflection", &core::GroundSettings::reflection, kShare,
+                  "Weight of a smooth clear coat that reflects the model: 0 is diffuse, 1 is a "
+                  "lacquered surface, which reflects 4% at normal incidence and more at grazing "
+                  "angles.")),
       when([](const core::GroundSettings& s) { return s.type == core::GroundType::kCatcher; },
            "applies only to type 'catcher'",
            shown_if(
@@ -225,15 +216,13 @@ const auto& ground_table() {
                         s.shadow.softness != usual.softness;
                },
                nested(
-                   "shadow", [](auto& s) -> auto& { return s.shadow; }, "The shadow on a catcher.",
-                   choice(
-                       "color", [](auto& s) -> auto& { return s.color; }, &core::shadow_colors,
-                       "Colour of the shadow."),
+                   "shadow", &core::GroundSettings::shadow, "The shadow on a catcher.",
+                   choice("color", &core::ShadowSettings::color, &core::shadow_colors,
+                          "Colour of the shadow."),
+                   number("strength", &core::ShadowSettings::strength, kShare,
+                          "Factor of the blocked light: 0 is no shadow."),
                    number(
-                       "strength", [](auto& s) -> auto& { return s.strength; }, kShare,
-                       "Factor of the blocked light: 0 is no shadow."),
-                   number(
-                       "softness", [](auto& s) -> auto& { return s.softness; }, kShare,
+                       "softness", &core::ShadowSettings::softness, kShare,
                        "Sine of the angle by which every light is widened for the shadow: 0 is the "
                        "shadow that the lights cast.")))),
   };

@@ -41,21 +41,19 @@ void read_deadline(const Json& value, StopRules& rules, const std::string& point
 
 const auto& table() {
   static constexpr auto kTable = std::tuple{
-      shown_if([](const StopRules& s) { return s.samples_per_pixel.has_value(); },
-               number(
-                   "samples_per_pixel", [](auto& s) -> auto& { return s.samples_per_pixel; },
-                   {1, limits::kSamplesPerPixel},
-                   "Stop at this mean number of samples per pixel of the crop, all replicates "
-                   "together. Rounded up to a count that the sampler supports.")),
+      shown_if(
+          [](const StopRules& s) { return s.samples_per_pixel.has_value(); },
+          number("samples_per_pixel", &StopRules::samples_per_pixel, {1, limits::kSamplesPerPixel},
+                 "Stop at this mean number of samples per pixel of the crop, all replicates "
+                 "together. Rounded up to a count that the sampler supports.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
-               number(
-                   "relative_error", [](auto& s) -> auto& { return s.relative_error; },
-                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when the relative error is at most this, with `confidence`.")),
+               number("relative_error", &StopRules::relative_error,
+                      {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+                      "Stop when the relative error is at most this, with `confidence`.")),
       shown_if(
           [](const StopRules& s) { return s.denoised_error.has_value(); },
           number(
-              "denoised_error", [](auto& s) -> auto& { return s.denoised_error; },
+              "denoised_error", &StopRules::denoised_error,
               {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
               "Stop when the relative error of the denoised image (`mixed`) is at most this, with "
               "`confidence`. The image is denoised at 4, 6, 8, 12, 16 ... samples to check.")),
@@ -65,39 +63,32 @@ const auto& table() {
                    s.confidence != kConfidence;
           },
           number(
-              "confidence", [](auto& s) -> auto& { return s.confidence; }, {0.5, 0.9999},
+              "confidence", &StopRules::confidence, {0.5, 0.9999},
               "Confidence of relative_error, denoised_error, light_not_found and of the interval "
               "in `error`.")),
       shown_if([](const StopRules& s) { return s.relative_error.has_value(); },
                when([](const StopRules& s) { return s.relative_error.has_value(); },
                     "applies only to relative_error",
-                    choice(
-                        "scope", [](auto& s) -> auto& { return s.worst_tile; }, &scopes,
-                        "Region whose error must reach the target."))),
+                    choice("scope", &StopRules::worst_tile, &scopes,
+                           "Region whose error must reach the target."))),
       shown_if([](const StopRules& s) { return s.seconds.has_value(); },
-               number(
-                   "seconds", [](auto& s) -> auto& { return s.seconds; },
-                   {0, limits::kStopSeconds, true},
-                   "Stop after this many seconds of rendering, without pauses and downtime.")),
+               number("seconds", &StopRules::seconds, {0, limits::kStopSeconds, true},
+                      "Stop after this many seconds of rendering, without pauses and downtime.")),
       shown_if([](const StopRules& s) { return s.cpu_seconds.has_value(); },
-               number(
-                   "cpu_seconds", [](auto& s) -> auto& { return s.cpu_seconds; },
-                   {0, limits::kStopCpuSeconds, true},
-                   "Stop after this many CPU seconds of rendering, summed over all threads.")),
+               number("cpu_seconds", &StopRules::cpu_seconds, {0, limits::kStopCpuSeconds, true},
+                      "Stop after this many CPU seconds of rendering, summed over all threads.")),
       shown_if(
           [](const StopRules& s) { return s.meter_error.has_value(); },
-          number(
-              "meter_error", [](auto& s) -> auto& { return s.meter_error; },
-              {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-              "Stop when (high - low) / illuminance_lux of every point of the meter is at most "
-              "this.")),
-      shown_if([](const StopRules& s) { return s.light_not_found.has_value(); },
-               number(
-                   "light_not_found", [](auto& s) -> auto& { return s.light_not_found; },
-                   {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
-                   "Stop when `light_not_found.at_most` is at most this, with `confidence`. "
-                   "Beside relative_error, denoised_error or meter_error: these end the job only "
-                   "then.")),
+          number("meter_error", &StopRules::meter_error,
+                 {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+                 "Stop when (high - low) / illuminance_lux of every point of the meter is at most "
+                 "this.")),
+      shown_if(
+          [](const StopRules& s) { return s.light_not_found.has_value(); },
+          number("light_not_found", &StopRules::light_not_found,
+                 {limits::kRelativeErrorMin, limits::kRelativeErrorMax},
+                 "Stop when `light_not_found.at_most` is at most this, with `confidence`. Beside "
+                 "relative_error, denoised_error or meter_error: these end the job only then.")),
       CustomRow<StopRules>{"deadline", &read_deadline,
                            [](const StopRules& s, Json& object) {
                              if (s.deadline_unix_seconds) {

@@ -5,12 +5,12 @@
 ///   read(value, S&, pointer, Faults&)        called if the member is present
 ///   print(const S&, Json& object)            adds the member
 ///   schema(const S& defaults, Json& properties)   adds its JSON schema
-/// Rows access their value through an accessor, [](auto& s) -> auto& { return s.film.width; },
-/// which works for const and mutable structs. An accessor of std::optional makes the member
-/// nullable.
+/// Rows access their value through an accessor: &S::width, or, for a part of a part,
+/// [](auto& s) -> auto& { return s.film.width; }, which works for const and mutable structs. An
+/// accessor of std::optional makes the member nullable.
 #pragma once
 
-#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,14 +46,19 @@ struct OptionalOf<std::optional<T>> {
 template <typename Get>
 struct RowBase {
   std::string_view key;
-  Get get;
+  Get accessor;
   std::string_view doc;
 
   constexpr std::string_view name() const { return key; }
   static constexpr bool required() { return false; }
 
   template <typename S>
-  using Member = OptionalOf<std::remove_cvref_t<decltype(std::declval<Get>()(std::declval<S&>()))>>;
+  using Member = OptionalOf<std::remove_cvref_t<std::invoke_result_t<const Get&, S&>>>;
+
+  template <typename S>
+  auto& get(S& s) const {
+    return std::invoke(accessor, s);
+  }
 
   /// Returns true if the value was a permitted null, which it has then read.
   template <typename S>
@@ -67,12 +72,12 @@ struct RowBase {
     return false;
   }
   template <typename S>
-  static const typename Member<S>::Value* value_of(const Get& accessor, const S& s) {
+  const typename Member<S>::Value* value_of(const S& s) const {
     if constexpr (Member<S>::kNullable) {
-      const auto& held = accessor(s);
+      const auto& held = get(s);
       return held ? &*held : nullptr;
     } else {
-      return &accessor(s);
+      return &get(s);
     }
   }
 };
@@ -100,7 +105,7 @@ struct NumberRow : RowBase<Get> {
   template <typename S>
   void print(const S& s, Json& object) const {
     using Value = typename RowBase<Get>::template Member<S>::Value;
-    const Value* value = this->value_of(this->get, s);
+    const Value* value = this->value_of(s);
     if (value == nullptr) {
       object[std::string(this->key)] = nullptr;
     } else if constexpr (std::is_integral_v<Value>) {
@@ -139,7 +144,7 @@ struct TextRow : RowBase<Get> {
   }
   template <typename S>
   void print(const S& s, Json& object) const {
-    const std::string* value = this->value_of(this->get, s);
+    const std::string* value = this->value_of(s);
     object[std::string(this->key)] = value == nullptr ? Json(nullptr) : Json(*value);
   }
   template <typename S>
@@ -150,7 +155,7 @@ struct TextRow : RowBase<Get> {
     }
     made["maxLength"] = rule.max_characters;
     if (!must_be_there) {
-      const std::string* value = this->value_of(this->get, defaults);
+      const std::string* value = this->value_of(defaults);
       made["default"] = value == nullptr ? Json(nullptr) : Json(*value);
     }
     properties[std::string(this->key)] = std::move(made);
@@ -196,7 +201,7 @@ struct TripleRow : RowBase<Get> {
   }
   template <typename S>
   void print(const S& s, Json& object) const {
-    const auto* value = this->value_of(this->get, s);
+    const auto* value = this->value_of(s);
     object[std::string(this->key)] =
         value == nullptr ? Json(nullptr)
                          : Json::array({number_json((*value)[0]), number_json((*value)[1]),
@@ -246,7 +251,7 @@ struct ChoiceRow : RowBase<Get> {
   template <typename S>
   void print(const S& s, Json& object) const {
     Json& printed = object[std::string(this->key)];
-    const auto* value = this->value_of(this->get, s);
+    const auto* value = this->value_of(s);
     if (value == nullptr) {
       return;
     }
@@ -268,46 +273,6 @@ struct ChoiceRow : RowBase<Get> {
     print(defaults, shown_default);
     made["default"] = shown_default[std::string(this->key)];
     properties[std::string(this->key)] = std::move(made);
-  }
-};
-
-/// A member whose only value in this build is its default.
-struct FixedRow {
-  std::string_view key;
-  std::string_view value_text;  ///< JSON
-  std::string_view doc;
-
-  constexpr std::string_view name() const { return key; }
-  static constexpr bool required() { return false; }
-  Json fixed() const { return Json::parse(value_text); }
-  template <typename S>
-  void read(const Json& value, S& /*out*/, const std::string& pointer, Faults& faults) const {
-    const Json only = fixed();
-    if (value != only) {
-      const std::string name_text = only.is_string() ? only.get<std::string>() : dump(only);
-      faults.add(pointer, not_available(value, std::vector<std::string_view>{name_text}));
-    }
-  }
-  template <typename S>
-  void print(const S& /*s*/, Json& object) const {
-    object[std::string(key)] = fixed();
-  }
-  template <typename S>
-  void schema(const S& /*defaults*/, Json& properties) const {
-    // Gives the type that the member has in other builds: generators of clients omit a member with
-    // a single value.
-    const Json only = fixed();
-    const std::string_view type = only.is_null()      ? "object"
-                                  : only.is_boolean() ? "boolean"
-                                                      : "string";
-    Json made = basic_schema(
-        type, std::string(doc) + " Only " + shown(only) + " is available in this build.",
-        only.is_null());
-    if (only.is_string()) {
-      made["enum"] = {only};
-    }
-    made["default"] = only;
-    properties[std::string(key)] = std::move(made);
   }
 };
 

@@ -259,9 +259,5 @@ template <typename Applies, typename Row>
 constexpr auto shown_if(Applies applies, Row row) {
   return ShownIfRow<Row, Applies>{row, applies};
 }
-/// {"type": NAME} with a single name in this build.
-constexpr auto only_type(std::string_view key, std::string_view name_text, std::string_view doc) {
-  return group(key, doc, FixedRow{"type", name_text, "Kind."});
-}
 
 }  // namespace api

@@ -16,8 +16,6 @@ using Json = nlohmann::ordered_json;
 /// Returns text without line breaks. NaN and infinity become null; bytes that are not UTF-8 become
 /// U+FFFD.
 std::string dump(const Json& value);
-/// Returns text indented by two spaces.
-std::string dump_pretty(const Json& value);
 
 /// Parses a whole text strictly: RFC 8259, no repeated member, with limits on depth, text size, key
 /// length and number range (api/json/limits.h). Problems: 400 for invalid JSON, with the byte

@@ -3,7 +3,6 @@
 /// differ. A member is always present unless its row has `applies`.
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +22,20 @@ struct ViewRow {
   Json (*print)(const S&);
   bool (*applies)(const S&) = nullptr;  ///< null: always
 };
+
+template <auto pointer>
+struct Member;
+template <typename S, typename T, T S::*pointer>
+struct Member<pointer> {
+  static Json json(const S& value) { return value.*pointer; }
+  static Json number(const S& value) { return number_json(value.*pointer); }
+};
+/// Prints a member as it is.
+template <auto pointer>
+inline constexpr auto print_member = &Member<pointer>::json;
+/// Prints a member by number_json().
+template <auto pointer>
+inline constexpr auto print_number = &Member<pointer>::number;
 
 template <typename S>
 struct View {

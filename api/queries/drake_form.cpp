@@ -1,6 +1,5 @@
 #include "api/queries/drake_form.h"
 
-#include <algorithm>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -17,26 +16,16 @@ constexpr double kMost = 1e9;  ///< as for members of a camera
 
 const auto& table() {
   static constexpr auto kTable = std::tuple{
-      required_text(
-          "scene_sha256", [](auto& s) -> auto& { return s.scene_sha256; }, {64, 64}, ""),
-      required_text(
-          "image_type", [](auto& s) -> auto& { return s.image_type; }, {1, 16}, ""),
-      number(
-          "width", [](auto& s) -> auto& { return s.width; }, {1, limits::kFilmSide}, ""),
-      number(
-          "height", [](auto& s) -> auto& { return s.height; }, {1, limits::kFilmSide}, ""),
-      number(
-          "focal_x", [](auto& s) -> auto& { return s.focal_x; }, {0, kMost, true}, ""),
-      number(
-          "focal_y", [](auto& s) -> auto& { return s.focal_y; }, {0, kMost, true}, ""),
-      number(
-          "center_x", [](auto& s) -> auto& { return s.center_x; }, {-kMost, kMost}, ""),
-      number(
-          "center_y", [](auto& s) -> auto& { return s.center_y; }, {-kMost, kMost}, ""),
-      number(
-          "min_depth", [](auto& s) -> auto& { return s.min_depth; }, {0, kMost}, ""),
-      number(
-          "max_depth", [](auto& s) -> auto& { return s.max_depth; }, {0, kMost}, ""),
+      required_text("scene_sha256", &DrakeForm::scene_sha256, {64, 64}, ""),
+      required_text("image_type", &DrakeForm::image_type, {1, 16}, ""),
+      number("width", &DrakeForm::width, {1, limits::kFilmSide}, ""),
+      number("height", &DrakeForm::height, {1, limits::kFilmSide}, ""),
+      number("focal_x", &DrakeForm::focal_x, {0, kMost, true}, ""),
+      number("focal_y", &DrakeForm::focal_y, {0, kMost, true}, ""),
+      number("center_x", &DrakeForm::center_x, {-kMost, kMost}, ""),
+      number("center_y", &DrakeForm::center_y, {-kMost, kMost}, ""),
+      number("min_depth", &DrakeForm::min_depth, {0, kMost}, ""),
+      number("max_depth", &DrakeForm::max_depth, {0, kMost}, ""),
   };
   return kTable;
 }

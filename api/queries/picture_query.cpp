@@ -137,8 +137,7 @@ const auto& image_table() {
           flag(
               "stream", [](auto& s) -> auto& { return s.query.stream; },
               "1, or Accept: multipart/x-mixed-replace without an image type: every new image "
-              "until "
-              "the end, for <img>."),
+              "until the end, for <img>."),
           ticket_row<ImageReading>(),
       });
   return kTable;

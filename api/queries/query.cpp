@@ -92,9 +92,7 @@ constexpr auto page_rows() {
   return std::tuple{
       ParameterField<S>{"cursor", "`next` of the previous page.", &read_cursor<S>,
                         [](const S&) { return cursor_schema(); }},
-      number(
-          "limit", [](auto& s) -> auto& { return s.limit; }, {1, limits::kPageSize},
-          "Items per page."),
+      number("limit", &S::limit, {1, limits::kPageSize}, "Items per page."),
   };
 }
 
@@ -113,12 +111,11 @@ const auto& job_list_table() {
               "label", "Only jobs with this label, `key=value` or `key`; may be repeated.",
               &read_label, [](const ListQuery&) { return list_schema(text_schema()); }, true},
           text(
-              "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
+              "name", &ListQuery::name, {1, limits::kNameCharacters},
               "Only jobs whose name, or scene if they have no name, contains this. Case is ignored "
               "for a to z."),
-          choice(
-              "class", [](auto& s) -> auto& { return s.job_class; }, &job_classes,
-              "Only jobs of this class; previews are omitted unless requested."),
+          choice("class", &ListQuery::job_class, &job_classes,
+                 "Only jobs of this class; previews are omitted unless requested."),
       },
       page_rows<ListQuery>());
   return kTable;
@@ -164,22 +161,19 @@ const auto& delivery_list_table() {
 
 const auto& scene_upload_table() {
   static constexpr auto kTable = std::tuple{
-      text(
-          "name", [](auto& s) -> auto& { return s.name; }, {1, limits::kNameCharacters},
-          "Display name, such as that of the file; it replaces the name inside the file. The id "
-          "depends only on the content, so the name of a tenant's first upload is kept."),
-      flag(
-          "strict", [](auto& s) -> auto& { return s.strict; },
-          "1: refuse files with faults that would otherwise be mended with a warning."),
+      text("name", &SceneUploadQuery::name, {1, limits::kNameCharacters},
+           "Display name, such as that of the file; it replaces the name inside the file. The id "
+           "depends only on the content, so the name of a tenant's first upload is kept."),
+      flag("strict", &SceneUploadQuery::strict,
+           "1: refuse files with faults that would otherwise be mended with a warning."),
   };
   return kTable;
 }
 
 const auto& submit_table() {
   static constexpr auto kTable = std::tuple{
-      flag(
-          "dry_run", [](auto& s) -> auto& { return s.dry_run; },
-          "1: only validate the job and estimate its cost (200)."),
+      flag("dry_run", &SubmitQuery::dry_run,
+           "1: only validate the job and estimate its cost (200)."),
       ParameterField<SubmitQuery>{"from",
                                   "`image`: the body is a PNG or EXR image from a Tessera server; "
                                   "its job is submitted again and gives the same film.",
@@ -198,18 +192,17 @@ const auto& submit_table() {
 }
 
 const auto& batch_submit_table() {
-  static constexpr auto kTable = std::tuple{flag(
-      "dry_run", [](auto& s) -> auto& { return s.dry_run; },
-      "1: only validate the batch and return the names of its jobs (200).")};
+  static constexpr auto kTable =
+      std::tuple{flag("dry_run", &SubmitQuery::dry_run,
+                      "1: only validate the batch and return the names of its jobs (200).")};
   return kTable;
 }
 
 const auto& wait_table() {
   static constexpr auto kTable = std::tuple{
-      number(
-          "wait", [](auto& s) -> auto& { return s.wait_seconds; }, {0, limits::kWaitSeconds},
-          "Respond at a final state (with If-None-Match: at any change), or after this many "
-          "seconds (at most --max-wait, 25 by default)."),
+      number("wait", &WaitQuery::wait_seconds, {0, limits::kWaitSeconds},
+             "Respond at a final state (with If-None-Match: at any change), or after this many "
+             "seconds (at most --max-wait, 25 by default)."),
   };
   return kTable;
 }

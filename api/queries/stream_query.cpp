@@ -31,20 +31,17 @@ std::span<const core::NamedValue<TilePlanes>> tile_planes() { return kTilePlanes
 
 const auto& tiles_table() {
   static constexpr auto kTable = std::tuple{
-      number(
-          "after", [](auto& s) -> auto& { return s.after; }, {0, kRevisionMax},
-          "Only tiles newer than this revision."),
+      number("after", &TilesQuery::after, {0, kRevisionMax},
+             "Only tiles newer than this revision."),
+      choice("planes", &TilesQuery::planes, &tile_planes,
+             "mean: float16 planes of the mean, and of alpha where flagged; enough to show the "
+             "image."),
       choice(
-          "planes", [](auto& s) -> auto& { return s.planes; }, &tile_planes,
-          "mean: float16 planes of the mean, and of alpha where flagged; enough to show the "
-          "image."),
-      choice(
-          "denoise", [](auto& s) -> auto& { return s.denoise; }, &denoise_shows,
+          "denoise", &TilesQuery::denoise, &denoise_shows,
           "mixed, full: also sends frames of the denoised image, flagged 16, all tiles at once, at "
           "most every two seconds and for at most 5% of the job's time."),
-      choice(
-          "fireflies", [](auto& s) -> auto& { return s.fireflies; }, &fireflies_choices,
-          "set_aside: as in images of display formats; only with planes=mean."),
+      choice("fireflies", &TilesQuery::fireflies, &fireflies_choices,
+             "set_aside: as in images of display formats; only with planes=mean."),
       ticket_row<TilesQuery>(),
   };
   return kTable;

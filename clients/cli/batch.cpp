@@ -262,10 +262,9 @@ int batch(const Args& args) {
       "With --wait, -o, --sheet or --video, waits until all jobs have ended.",
       "tessera batch");
   BatchFlags flags;
-  app.add_option(
-         "file", flags.file,
-         "JSON with template, matrix and name, whose scene may be a model file; or the id of "
-         "a batch")
+  app.add_option("file", flags.file,
+                 "JSON with template, matrix and name, whose scene may be a model file; or the id "
+                 "of a batch")
       ->required()
       ->type_name("FILE");
   app.add_flag("--wait", flags.wait,

@@ -40,30 +40,16 @@ int run(const ServerFlags& server, const std::string& id, const PictureQuery& qu
     complain("fetch", look.error());
     return kWrongUsage;
   }
-  auto client = ApiClient::connect(server.url, server.key);
-  if (!client) {
-    return complain("fetch", client.error());
-  }
-  const auto path = job_path(**client, id);
-  if (!path) {
-    return complain("fetch", path.error());
-  }
-  const auto fetched = fetch_picture(**client, *path, query, output);
-  return fetched ? kDone : complain("fetch", fetched.error());
+  return with_job("fetch", server, id, [&](ApiClient& client, const std::string& path) {
+    return fetch_picture(client, path, query, output);
+  });
 }
 
 int run_film(const ServerFlags& server, const std::string& id, const std::string& output) {
-  auto client = ApiClient::connect(server.url, server.key);
-  if (!client) {
-    return complain("fetch", client.error());
-  }
-  const auto path = job_path(**client, id);
-  if (!path) {
-    return complain("fetch", path.error());
-  }
-  const auto reply = (*client)->get(*path + "/film");
-  const auto written = reply ? write_file(output, reply->body) : core::Status(reply.error());
-  return written ? kDone : complain("fetch", written.error());
+  return with_job("fetch", server, id, [&](ApiClient& client, const std::string& path) {
+    const auto reply = client.get(path + "/film");
+    return reply ? write_file(output, reply->body) : core::Status(reply.error());
+  });
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "clients/cli/command.h"
 #include "clients/cli/job_json.h"
 #include "clients/cli/progress.h"
 
@@ -41,15 +42,15 @@ core::Result<bool> follow_once(ApiClient& client, const std::string& path, const
   return ended || *status == 204;
 }
 
-core::Result<Json> get_job(ApiClient& client, const std::string& path) {
+}  // namespace
+
+core::Result<Json> get_json(ApiClient& client, const std::string& path) {
   auto reply = client.get(path);
   if (!reply) {
     return reply.error();
   }
   return parse_object(reply->body);
 }
-
-}  // namespace
 
 core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
   if (id != "latest") {
@@ -67,6 +68,14 @@ core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
   return "/v1/jobs/" + text_at(jobs->front(), "id");
 }
 
+int with_job(const char* verb, const ServerFlags& server, const std::string& id,
+             const std::function<core::Status(ApiClient& client, const std::string& path)>& run) {
+  const auto client = ApiClient::connect(server.url, server.key);
+  const auto path = client ? job_path(**client, id) : core::Result<std::string>(client.error());
+  const auto status = path ? run(**client, *path) : core::Status(path.error());
+  return status ? kDone : complain(verb, status.error());
+}
+
 core::Result<Json> follow_job(ApiClient& client, const std::string& path,
                               const Follower& follower) {
   EventParser parser;
@@ -76,7 +85,7 @@ core::Result<Json> follow_job(ApiClient& client, const std::string& path,
     const std::string before = parser.last_id();
     const auto ended = follow_once(client, path, follower, parser);
     if (ended && *ended) {
-      return get_job(client, path);
+      return get_json(client, path);
     }
     if (!ended && ended.error().code != ErrorCode::kUnavailable) {
       return ended.error();

@@ -13,6 +13,14 @@ namespace cli {
 /// Returns the percent-encoded path of a job; "latest" is the newest job of the server.
 core::Result<std::string> job_path(ApiClient& client, const std::string& id);
 
+/// Returns the JSON object at a path.
+core::Result<Json> get_json(ApiClient& client, const std::string& path);
+
+/// Connects, finds the path of a job and runs with them. Returns the exit code, and complains about
+/// the error of any of these as `verb`.
+int with_job(const char* verb, const ServerFlags& server, const std::string& id,
+             const std::function<core::Status(ApiClient& client, const std::string& path)>& run);
+
 struct Follower {
   std::function<void(const ServerEvent&)> on_event;  ///< called for each event
   std::function<void(const std::string&)>

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <optional>
-#include <thread>
 
 #include <nlohmann/json.hpp>
 

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "clients/cli/cli.h"
 #include "clients/cli/command.h"

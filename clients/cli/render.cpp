@@ -52,13 +52,6 @@ void on_interrupt(int signal) {
   std::signal(signal, SIG_DFL);
 }
 
-class QuietSink : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
 ProgressFacts facts_of(const core::Progress& progress) {
   ProgressFacts facts;
   facts.fraction = progress.fraction;
@@ -354,7 +347,7 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
 }
 
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
-  QuietSink sink;
+  core::NullSink sink;
   const core::RenderSettings& settings = job.spec.render;
   auto film = core::make_film(settings);
   core::TaskOptions options;

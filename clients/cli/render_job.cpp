@@ -1,6 +1,5 @@
 #include "clients/cli/render_job.h"
 
-#include <cstring>
 #include <span>
 #include <utility>
 

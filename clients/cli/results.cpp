@@ -154,21 +154,15 @@ int compare_pictures(const ServerFlags& server, const Side& left, const Side& ri
 }
 
 int print_meter(const ServerFlags& server, const std::string& id, bool json) {
-  auto client = ApiClient::connect(server.url, server.key);
-  if (!client) {
-    return complain("meter", client.error());
-  }
-  const auto path = job_path(**client, id);
-  if (!path) {
-    return complain("meter", path.error());
-  }
-  const auto reply = (*client)->get(*path + (json ? "/meter" : "/meter.csv"));
-  if (!reply) {
-    return complain("meter", reply.error());
-  }
-  std::printf("%s",
-              json ? (parse_object(reply->body).dump(2) + "\n").c_str() : reply->body.c_str());
-  return kDone;
+  return with_job("meter", server, id, [json](ApiClient& client, const std::string& path) {
+    const auto reply = client.get(path + (json ? "/meter" : "/meter.csv"));
+    if (!reply) {
+      return core::Status(reply.error());
+    }
+    std::printf("%s",
+                json ? (parse_object(reply->body).dump(2) + "\n").c_str() : reply->body.c_str());
+    return core::ok_status();
+  });
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -109,22 +108,18 @@ void print_job(const Json& job) {
 }
 
 int show_job(const ServerFlags& server, const std::string& id, bool as_json) {
-  auto client = ApiClient::connect(server.url, server.key);
-  if (!client) {
-    return complain("show", client.error());
-  }
-  const auto path = job_path(**client, id);
-  const auto reply = path ? (*client)->get(*path) : core::Result<Reply>(path.error());
-  if (!reply) {
-    return complain("show", reply.error());
-  }
-  const Json job = parse_object(reply->body);
-  if (as_json) {
-    std::printf("%s\n", job.dump(2).c_str());
-  } else {
-    print_job(job);
-  }
-  return kDone;
+  return with_job("show", server, id, [as_json](ApiClient& client, const std::string& path) {
+    const auto job = get_json(client, path);
+    if (!job) {
+      return core::Status(job.error());
+    }
+    if (as_json) {
+      std::printf("%s\n", job->dump(2).c_str());
+    } else {
+      print_job(*job);
+    }
+    return core::ok_status();
+  });
 }
 
 struct ExtendFlags {

@@ -1,7 +1,6 @@
 /// Parses application/vnd.tessera.tiles that arrives in pieces: the linear tiles of a job.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>

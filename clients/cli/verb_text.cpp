@@ -1,7 +1,5 @@
 #include "clients/cli/verb_text.h"
 
-#include <utility>
-
 #include "clients/cli/job_json.h"
 
 namespace cli {

@@ -47,14 +47,6 @@ core::Result<Json> follow_as_json(ApiClient& client, const std::string& path) {
   return follow_job(client, path, follower);
 }
 
-core::Result<Json> get_job(ApiClient& client, const std::string& path) {
-  auto reply = client.get(path);
-  if (!reply) {
-    return reply.error();
-  }
-  return parse_object(reply->body);
-}
-
 core::Result<Watched> watched(core::Result<Json> job) {
   if (!job) {
     return job.error();
@@ -70,7 +62,7 @@ core::Result<Watched> follow(ApiClient& client, const std::string& path, const W
   if (!way) {
     return watched(follow_with_progress(client, path, stdout));
   }
-  const auto before = get_job(client, path);
+  const auto before = get_json(client, path);
   if (!before) {
     return before.error();
   }
@@ -95,7 +87,7 @@ core::Result<std::unique_ptr<TevFeed>> feed_tev(ApiClient& client, const std::st
   if (!tev) {
     return tev.error();
   }
-  const auto job = get_job(client, path);
+  const auto job = get_json(client, path);
   if (!job) {
     return job.error();
   }

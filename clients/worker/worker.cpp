@@ -5,8 +5,6 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <random>

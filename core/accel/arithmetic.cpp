@@ -73,8 +73,6 @@ bool embree_takes(std::string_view isa) {
 
 }  // namespace
 
-std::span<const std::string_view> embree_isas() noexcept { return kIsas; }
-
 Result<std::string> resolve_isa(std::string_view isa) {
   if (isa == "native") {
     const auto widest = std::find_if(kIsas.rbegin(), kIsas.rend(), [](std::string_view candidate) {

@@ -2,16 +2,12 @@
 /// version and instruction set, the processor, and the C library's math functions.
 #pragma once
 
-#include <span>
 #include <string>
 #include <string_view>
 
 #include "core/base/result.h"
 
 namespace core {
-
-/// Returns the instruction sets that Embree can be restricted to, narrowest first: on arm64 one.
-std::span<const std::string_view> embree_isas() noexcept;
 
 /// Returns the instruction set that Embree uses for `isa`; "native" is the widest that this machine
 /// and this Embree support. Errors: kInvalidArgument for an unknown name, or one that the machine

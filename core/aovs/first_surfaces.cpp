@@ -1,7 +1,6 @@
 #include "core/aovs/first_surfaces.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>

@@ -1,7 +1,6 @@
 #include "core/bsdf/bsdf.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/anisotropic_albedo.h"

@@ -43,10 +43,6 @@ struct GgxOf {
     const V half = V{r * cosine, r * sine, z} + stretched;
     return normalize_or(V{half.x * alpha_x, half.y * alpha_y, half.z}, V{0, 0, 1});
   }
-  F pdf_visible_solid_angle(V wo, V h) const noexcept {
-    const F cos_oh = dot(wo, h);
-    return select((cos_oh > 0) & (h.z > 0), g1(wo) * d(h) * cos_oh / wo.z, F(0));
-  }
 };
 using Ggx = GgxOf<float>;
 

@@ -5,7 +5,6 @@
 /// sides (Kulla and Conty 2017) and exact for the unmodified curve.
 #pragma once
 
-#include <algorithm>
 #include <type_traits>
 
 #include "core/bsdf/anisotropic_albedo.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
 
 #include "core/camera/camera_choice.h"
 #include "core/camera/orbit.h"

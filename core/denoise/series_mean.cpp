@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "core/base/check.h"
 #include "core/denoise/feature_guides.h"

@@ -1,11 +1,9 @@
 #include "core/error/compared_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "core/base/check.h"

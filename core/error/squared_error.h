@@ -28,8 +28,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <vector>
 
 #include "core/error/error_estimate.h"
 #include "core/film/summed_area.h"

@@ -1,7 +1,6 @@
 #include "core/film/film.h"
 
 #include <algorithm>
-#include <array>
 #include <span>
 #include <utility>
 

@@ -13,7 +13,6 @@
 /// order, because a light path from anywhere may end in the crop.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>

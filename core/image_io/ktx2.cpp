@@ -1,9 +1,7 @@
 #include "core/image_io/ktx2.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <utility>

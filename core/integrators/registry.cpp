@@ -36,8 +36,7 @@ constexpr std::array kErrorValidities = {
 constexpr std::array kIntegrators = {
     IntegratorEntry{
         .name = "path",
-        .summary = "Path tracing with next-event estimation and BSDF sampling combined "
-                   "by MIS.",
+        .summary = "Path tracing with next-event estimation and BSDF sampling combined by MIS.",
         .bias = "none",
         .error = ErrorValidity::kValid,
         .make = MADE_BY(make_path_tracer),

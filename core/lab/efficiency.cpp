@@ -1,7 +1,6 @@
 // Walks of random length: the error that roulette and splitting leave for the steps they cost.
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/lab/experiment_list.h"

@@ -1,7 +1,5 @@
 // Resampled importance sampling over M candidates, and its streaming form with a reservoir.
 
-#include <cmath>
-
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"

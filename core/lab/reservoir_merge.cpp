@@ -1,7 +1,6 @@
 // Reservoirs of one pixel, of its neighbours and of earlier frames, merged.
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/lab/experiment_list.h"

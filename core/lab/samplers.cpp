@@ -169,8 +169,7 @@ const Experiment kSamplers4dExperiment = {
         "interaction.",
     .formula =
         "1/n Σ f(xᵢ);  additive: n^(−3/2) for Latin hypercubes, pairwise: n^(−1) for orthogonal "
-        "arrays, "
-        "product: n^(−3/2) times logarithms for Sobol, ball: n^(−5/8)",
+        "arrays, product: n^(−3/2) times logarithms for Sobol, ball: n^(−5/8)",
     .look_for =
         "Latin hypercubes help with additive functions, orthogonal arrays of strength 2 with pairs "
         "of axes, Sobol points with all of them. At the edge of the ball all samplers are close to "

@@ -1,7 +1,6 @@
 #include "core/lab/stage.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "core/math/numbers.h"
 

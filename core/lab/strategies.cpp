@@ -1,7 +1,5 @@
 // The same irradiance by sampling directions or points on the light, and by combinations of both.
 
-#include <cmath>
-
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"
 #include "core/lab/trial.h"

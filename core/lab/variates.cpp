@@ -1,7 +1,6 @@
 // Analytic knowledge in sampling: expected values and control variates, under a square light.
 
 #include <array>
-#include <cmath>
 
 #include "core/lab/experiment_list.h"
 #include "core/lab/stage.h"

@@ -1,7 +1,6 @@
 #include "core/layers/layers.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <string>
 #include <utility>

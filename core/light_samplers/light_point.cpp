@@ -1,5 +1,4 @@
 // Light samples independent of the point that they were drawn for.
-#include <algorithm>
 #include <cmath>
 
 #include "core/light_samplers/emitted_light.h"

@@ -1,7 +1,6 @@
 #include "core/light_samplers/light_sampler.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/light_samplers/emitted_light.h"
 #include "core/light_samplers/triangle_sample.h"

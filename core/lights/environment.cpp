@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "core/image_io/radiance.h"
 #include "core/math/frame.h"

@@ -179,10 +179,6 @@ void fill_layers(const Material& material, const TexturedPoint& at, Vec3 wo_worl
       clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
 }
 
-}  // namespace
-
-namespace {
-
 /// KHR_materials_ior and KHR_materials_specular. An ior of 0 means full reflection.
 void set_dielectric(BsdfParameters& b, float ior, Rgb specular_color, float specular) {
   const float r0 = ior == 0 ? 1.0F : square((ior - 1) / (ior + 1));

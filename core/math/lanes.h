@@ -5,7 +5,6 @@
 /// on others.
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

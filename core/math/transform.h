@@ -1,8 +1,6 @@
 /// Transform: an affine map with 3 rows of 4, p' = A p + t. Column vectors; right-handed, y up.
 #pragma once
 
-#include <array>
-
 #include "core/math/vec.h"
 
 namespace core {

@@ -18,7 +18,6 @@
 namespace core {
 
 inline constexpr int kZcurveLevels = 5;  ///< tiles of 32 x 32 pixels
-inline constexpr std::uint32_t kZcurveMask = (1U << kZcurveLevels) - 1;
 
 /// Interleaves the lower kZcurveLevels bits of x and y.
 constexpr std::uint32_t zcurve_index(std::uint32_t x, std::uint32_t y) noexcept {

@@ -3,8 +3,6 @@
 /// u in [0,1)^2. Local frames have n = (0,0,1). Templates take a Vec2 or its lanes.
 #pragma once
 
-#include <cmath>
-
 #include "core/math/generic.h"
 
 namespace core {

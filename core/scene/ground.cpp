@@ -1,7 +1,6 @@
 #include "core/scene/ground.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>

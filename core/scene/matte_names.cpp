@@ -3,7 +3,6 @@
 #include <bit>
 #include <cstddef>
 #include <unordered_set>
-#include <utility>
 
 namespace core {
 namespace {

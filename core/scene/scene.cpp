@@ -1,6 +1,5 @@
 #include "core/scene/scene.h"
 
-#include <string>
 #include <utility>
 
 #include "core/lights/environment.h"

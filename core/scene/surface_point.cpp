@@ -1,11 +1,8 @@
-#include <algorithm>
-#include <cmath>
 
 #include "core/geometry/triangle_math.h"
 #include "core/materials/alpha_map.h"
 #include "core/math/numbers.h"
 #include "core/scene/drawn.h"
-#include "core/scene/face_point.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -50,7 +47,9 @@ struct FaceHit {
   Vec3 b;  ///< barycentric coordinates
   float twice_area;
   bool is_mirrored;
-  FacePoint point;
+  Vec3 position;
+  Vec3 normal_geometric;
+  float error_m;
 
   FaceHit(const SceneData& scene, const RawHit& hit, const Ray& ray) {
     const PlacedInstance* instance =
@@ -63,11 +62,11 @@ struct FaceHit {
     b = barycentrics(p, n, ray.origin, ray.direction);
     twice_area = length(n);
     is_mirrored = to_world != nullptr && to_world->determinant() < 0;
-    point.position = core::blend(p, b);
-    point.error_m = plane_error_m(point.position, p[1] - p[0], p[2] - p[0], twice_area,
-                                  instance == nullptr ? InstanceError{} : instance->error);
-    point.normal_geometric = twice_area > 0 ? n * ((is_mirrored ? -1.0F : 1.0F) / twice_area)
-                                            : -normalize(ray.direction);
+    position = core::blend(p, b);
+    error_m = plane_error_m(position, p[1] - p[0], p[2] - p[0], twice_area,
+                            instance == nullptr ? InstanceError{} : instance->error);
+    normal_geometric = twice_area > 0 ? n * ((is_mirrored ? -1.0F : 1.0F) / twice_area)
+                                      : -normalize(ray.direction);
   }
 };
 
@@ -94,10 +93,6 @@ bool SceneData::is_single_face(const RawHit& hit, Vec3 point) const noexcept {
   return is_within(p, cross(p[1] - p[0], p[2] - p[0]), point, edge_margin_m);
 }
 
-FacePoint face_point(const SceneData& scene, const RawHit& hit, const Ray& ray) noexcept {
-  return FaceHit(scene, hit, ray).point;
-}
-
 SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const noexcept {
   const PlacedMesh& here = placed_mesh(hit);
   const MeshData& mesh = meshes[here.mesh];
@@ -110,9 +105,9 @@ SurfacePoint SceneData::surface_point(const RawHit& hit, const Ray& ray) const n
   const bool mirrored = at.is_mirrored;
 
   SurfacePoint s;
-  s.position = at.point.position;
-  s.error_m = at.point.error_m;
-  s.normal_geometric = at.point.normal_geometric;
+  s.position = at.position;
+  s.error_m = at.error_m;
+  s.normal_geometric = at.normal_geometric;
   s.normal_shading = s.normal_geometric;
   if (!mesh.normals.empty()) {
     Corners<Vec3> corner;

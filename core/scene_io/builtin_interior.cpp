@@ -1,7 +1,6 @@
 // A living room in the evening. All light comes from the corridor through a half-open door; most of
 // the visible light is indirect.
 #include <array>
-#include <string>
 #include <utility>
 
 #include "core/scene_io/builtin_list.h"

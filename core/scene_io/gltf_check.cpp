@@ -1,8 +1,6 @@
 #include "core/scene_io/gltf_check.h"
 
 #include <algorithm>
-#include <optional>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 

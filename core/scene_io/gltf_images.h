@@ -5,10 +5,8 @@
 #include <cstddef>
 #include <exception>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/base/result.h"

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
 #include "core/base/invalid.h"
 #include "core/scene_io/gltf_model.h"

@@ -46,8 +46,7 @@ Status check_json_bytes(std::string_view json, const GltfLimits& limits) {
   if (bytes > limits.decoded_bytes_max) {
     return Error{ErrorCode::kTooLarge,
                  "the JSON takes " + std::to_string(bytes) +
-                     " bytes when parsed; the whole scene "
-                     "may have " +
+                     " bytes when parsed; the whole scene may have " +
                      std::to_string(limits.decoded_bytes_max),
                  ""};
   }

@@ -108,8 +108,7 @@ Place find_origin(const SceneDescription& scene, std::span<const Affine> to_worl
         "size", "",
         "The scene has a radius of " + text_of(radius) + " m; outside of " +
             text_of(kSmallestRadius) + " to " + text_of(kLargestRadius) +
-            " m light may be lost, because 32-bit floats cannot hold its areas: scale "
-            "the scene.");
+            " m light may be lost, because 32-bit floats cannot hold its areas: scale the scene.");
   }
   for (std::size_t i = 0; i < to_world.size(); ++i) {
     const PlaceBox box = placed(to_world[i], mesh_of(i));
@@ -119,12 +118,11 @@ Place find_origin(const SceneDescription& scene, std::span<const Affine> to_worl
     const double stored = mesh_of(i).reach({}) * box.radius() / mesh_of(i).radius();
     const double step = kFloatStep * std::max(box.reach(origin), stored);
     if (box.radius() < kFewSteps * step) {
-      warnings.emplace_back(
-          "size", "/nodes/" + std::to_string(scene.instances[i].object - 1),
-          "the mesh is " + text_of(2 * box.radius()) +
-              " m large, but so far from its origin or the rest of the scene 32-bit "
-              "floats place its vertices in steps of " +
-              text_of(step) + " m.");
+      warnings.emplace_back("size", "/nodes/" + std::to_string(scene.instances[i].object - 1),
+                            "the mesh is " + text_of(2 * box.radius()) +
+                                " m large, but so far from its origin or the rest of the scene "
+                                "32-bit floats place its vertices in steps of " +
+                                text_of(step) + " m.");
       break;  // for all
     }
   }

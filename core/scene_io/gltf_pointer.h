@@ -8,7 +8,6 @@
 
 #include <span>
 #include <string>
-#include <vector>
 
 #include "core/base/result.h"
 #include "core/scene_io/gltf_animation.h"

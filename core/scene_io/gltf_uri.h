@@ -1,7 +1,6 @@
 /// URIs in glTF files: data URIs are decoded; others are relative names.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

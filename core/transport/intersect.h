@@ -21,9 +21,8 @@ void pass_hole(PathState& path, const PathVertex& vertex) noexcept;
 /// way let through (segment_transmittance()). For paths in media that absorb only.
 bool reach(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
-/// A ray past a surface, at which it changes nothing. Point: SurfacePoint or FacePoint.
-template <typename Point>
-Ray ray_behind(const Point& point, const Ray& ray) noexcept {
+/// A ray past a surface, at which it changes nothing.
+inline Ray ray_behind(const SurfacePoint& point, const Ray& ray) noexcept {
   Ray out = ray;
   out.origin = origin_behind(point.position, point.normal_geometric, point.error_m, ray.direction);
   return out;

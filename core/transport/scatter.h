@@ -1,8 +1,6 @@
 /// scatter: continues a path in a sampled direction; Russian roulette may end it.
 #pragma once
 
-#include <optional>
-
 #include "core/materials/adjoint_bsdf.h"
 #include "core/scene/scene_data.h"
 #include "core/transport/path_state.h"

@@ -1,7 +1,6 @@
 #include "core/transport/surface_event.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/bsdf/fresnel.h"
 #include "core/color/wavelength.h"

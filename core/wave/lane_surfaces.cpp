@@ -1,6 +1,5 @@
 #include "core/wave/lane_surfaces.h"
 
-#include <array>
 #include <bit>
 
 #include "core/math/offset_ray.h"

@@ -34,11 +34,10 @@ namespace {
 
 constexpr const char* kCheckText =
     "Verifies a data directory: the pages and references of the database, the hash of every asset, "
-    "the files of every scene, the checksums and digest of every film, the images stored "
-    "beside it, the maps of every comparison, the hash of webhook.secret. Changes nothing without "
+    "the files of every scene, the checksums and digest of every film, the images stored beside "
+    "it, the maps of every comparison, the hash of webhook.secret. Changes nothing without "
     "--repair; the directory may be read-only, such as a backup. Exit code 1 if something is "
-    "damaged; orphaned files are reported but do not count "
-    "as damage.";
+    "damaged; orphaned files are reported but do not count as damage.";
 
 constexpr int kCheckPage = 200;
 

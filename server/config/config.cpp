@@ -239,8 +239,7 @@ void add_flags(CLI::App& app, Config& config) {
       "Secret that signs webhooks, whsec_ and base64 (created in the data directory).");
   row("converters", config.converters, "EXT=PROGRAM,EXT=PROGRAM",
       "Programs that convert uploads of other formats, such as step=/usr/local/bin/step2glb: "
-      "called "
-      "with the file and the name of the GLB to write, without a network.")
+      "called with the file and the name of the GLB to write, without a network.")
       ->transform(each_entry(&converter_entry));
   row("convert-seconds", config.convert_seconds, "SECONDS",
       "Longest time for the conversion of an upload.")
@@ -270,8 +269,7 @@ void add_flags(CLI::App& app, Config& config) {
       ->check(flags::within(0.5, 3600));
   row("verify", config.verify_share, "SHARE",
       "With --queue: fraction of the parts that two workers render, or a single one and the "
-      "server, "
-      "and whose results are compared.")
+      "server, and whose results are compared.")
       ->check(flags::within(0, 1));
   row("announce", config.announce, "URL",
       "Public URL to print, if it differs from the listen address.")

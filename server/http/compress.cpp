@@ -1,6 +1,5 @@
 #include "server/http/compress.h"
 
-#include <algorithm>
 #include <array>
 #include <new>
 

@@ -5,7 +5,6 @@
 /// a Request by filling its members; it needs no socket.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>

@@ -1,7 +1,6 @@
 #include "server/jobs/frame_series.h"
 
 #include <algorithm>
-#include <iterator>
 
 #include "core/render/task/settle.h"
 #include "server/jobs/job_record.h"

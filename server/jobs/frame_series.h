@@ -2,8 +2,6 @@
 /// animation, in the order of the batch.
 #pragma once
 
-#include <vector>
-
 #include "server/jobs/job_service.h"
 #include "server/store/batch_table.h"
 

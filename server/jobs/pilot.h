@@ -3,10 +3,8 @@
 /// A source of slices for the scheduler; the requesting thread waits for it.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <stop_token>
-#include <string>
 
 #include "api/answers/dry_run.h"
 #include "api/job/job_spec.h"

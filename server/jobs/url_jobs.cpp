@@ -1,8 +1,5 @@
 #include "server/jobs/url_jobs.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "api/answers/job_view.h"
 #include "api/json/errors.h"
 

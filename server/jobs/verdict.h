@@ -1,7 +1,6 @@
 /// Verdict: the result of changing a job: success, or the refusal that the API returns.
 #pragma once
 
-#include <string>
 #include <utility>
 #include <variant>
 

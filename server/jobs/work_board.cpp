@@ -417,10 +417,9 @@ void WorkBoard::expire_leases() {
     const core::MutexLock lock(mutex_);
     for (const WorkUnit* unit : table_.expire(options_.now())) {
       // Clients see this text; the log line of each loss names the worker.
-      failures.emplace_back(unit->run, "a part of the image was lost with " +
-                                           std::to_string(unit->lost.size()) +
-                                           " workers, which stopped reporting while they "
-                                           "rendered it");
+      failures.emplace_back(
+          unit->run, "a part of the image was lost with " + std::to_string(unit->lost.size()) +
+                         " workers, which stopped reporting while they rendered it");
     }
   }
   for (const auto& [run, reason] : failures) {

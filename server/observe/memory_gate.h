@@ -15,10 +15,8 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"

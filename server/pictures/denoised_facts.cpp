@@ -1,7 +1,6 @@
 #include "server/pictures/denoised_facts.h"
 
 #include <cmath>
-#include <string_view>
 
 #include "api/json/values.h"
 #include "core/layers/layer_rows.h"

@@ -1,7 +1,6 @@
 // Address and version of a NATS server.
 #include <array>
 #include <charconv>
-#include <cstring>
 #include <optional>
 #include <string>
 

@@ -1,6 +1,5 @@
 #include "server/routes/asset_upload.h"
 
-#include <mutex>
 #include <shared_mutex>
 #include <string_view>
 

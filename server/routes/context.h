@@ -4,7 +4,6 @@
 #include <atomic>
 #include <functional>
 #include <map>
-#include <string>
 #include <string_view>
 
 #include "api/answers/server_view.h"
@@ -96,7 +95,7 @@ void add_webhook_handlers(HandlerTable& table);
 void add_key_handlers(HandlerTable& table);
 void add_work_handlers(HandlerTable& table);
 
-/// Returns all routes: one for each available row of api::operations(), and the files of the page.
+/// Returns all routes: one for each row of api::operations(), and the files of the page.
 /// Aborts (CHECK) when a row has no handler, or a handler no row.
 std::vector<Route> make_routes(const RouteContext& context);
 

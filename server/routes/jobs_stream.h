@@ -4,10 +4,8 @@
 /// in the order of the request: with it a client resumes, even after a restart.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

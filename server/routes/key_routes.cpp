@@ -1,7 +1,6 @@
 // Keys over HTTP, and the usage of tenants.
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "api/answers/tenant_view.h"

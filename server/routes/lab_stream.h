@@ -3,7 +3,6 @@
 
 #include <stop_token>
 #include <string>
-#include <vector>
 
 #include "api/lab.h"
 #include "core/base/mutex.h"

@@ -17,7 +17,6 @@
 namespace server {
 namespace {
 
-using core::Error;
 using core::ErrorCode;
 
 Response accepted(const RouteContext& context, const Job& job) {

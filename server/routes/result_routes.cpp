@@ -4,7 +4,6 @@
 #include <chrono>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "api/answers/job_view.h"
 #include "api/json/error_codes.h"
@@ -27,7 +26,6 @@
 namespace server {
 namespace {
 
-using core::Error;
 using core::ErrorCode;
 
 constexpr std::string_view kMultipart = "multipart/x-mixed-replace";

@@ -57,9 +57,6 @@ std::vector<Route> make_routes(const RouteContext& context) {
   add_work_handlers(table);
   std::vector<Route> routes;
   for (const api::Operation& operation : api::operations()) {
-    if (!operation.available) {
-      continue;
-    }
     const auto found = table.find(operation.id);
     CHECK(found != table.end());
     const RouteHandler& row = found->second;

@@ -19,7 +19,6 @@
 namespace server {
 namespace {
 
-using core::Error;
 using core::ErrorCode;
 
 Response added_answer(const Request& request, const core::Result<SceneService::Added>& added) {

@@ -1,7 +1,6 @@
 // Webhook calls: list, retry, test; the secret.
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "api/answers/tenant_view.h"

@@ -11,9 +11,6 @@
 namespace server {
 namespace {
 
-using core::Error;
-using core::ErrorCode;
-
 /// The document of a 3MF package (3MF Core Specification 1.3, 2.1), which is a zip archive.
 constexpr std::string_view k3mfDocument = "3D/3dmodel.model";
 

@@ -19,14 +19,6 @@ Error unknown_asset(std::string_view id) {
   return Error{ErrorCode::kNotFound, "no asset has the id \"" + std::string(id) + "\"", ""};
 }
 
-core::Result<std::int64_t> number(Statement& select) {
-  const std::int64_t value = select.step() ? select.integer(0) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return value;
-}
-
 /// Effects of a removal.
 struct Removal {
   bool of_all = false;  ///< The references of all tenants, otherwise only the requesting tenant's.
@@ -45,11 +37,11 @@ core::Result<Removal> plan_removal(Database& database, std::string_view id, cons
   Removal removal;
   removal.of_all = references->of_all;
   Statement scenes = session.prepare("SELECT COUNT(*) FROM scene_files WHERE asset=?");
-  const auto in_scenes = number(scenes.bind(id));
+  const auto in_scenes = first_integer(scenes.bind(id));
   Statement own = session.prepare(
       "SELECT COUNT(*) FROM scene_files JOIN scene_tenants USING(scene) WHERE asset=? AND "
       "tenant=?");
-  const auto in_own_scenes = number(own.bind(id).bind(access.tenant));
+  const auto in_own_scenes = first_integer(own.bind(id).bind(access.tenant));
   if (!in_scenes || !in_own_scenes) {
     return in_scenes ? in_own_scenes.error() : in_scenes.error();
   }
@@ -99,7 +91,7 @@ core::Result<bool> Assets::keeps(std::string_view id, const Access& access) {
 core::Result<bool> Assets::was_uploaded(std::string_view id) {
   auto session = database_.session();
   Statement select = session.prepare("SELECT COUNT(*) FROM asset_tenants WHERE asset=?");
-  const auto tenants = number(select.bind(id));
+  const auto tenants = first_integer(select.bind(id));
   return tenants ? core::Result<bool>(*tenants > 0) : core::Result<bool>(tenants.error());
 }
 

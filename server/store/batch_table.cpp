@@ -15,19 +15,14 @@ constexpr const char* kNoneUnfinished =
 #define TESSERA_BATCH_COLUMNS "SELECT sequence, id, tenant, name, webhook, created_at FROM batches"
 
 core::Result<std::vector<BatchRow>> read_batches(Statement& select) {
-  std::vector<BatchRow> rows;
-  while (select.step()) {
-    rows.push_back(BatchRow{.sequence = select.integer(0),
-                            .id = select.text(1),
-                            .tenant = select.text(2),
-                            .name = select.text(3),
-                            .webhook = select.text(4),
-                            .created_at = select.real(5)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows([](const Statement& row) {
+    return BatchRow{.sequence = row.integer(0),
+                    .id = row.text(1),
+                    .tenant = row.text(2),
+                    .name = row.text(3),
+                    .webhook = row.text(4),
+                    .created_at = row.real(5)};
+  });
 }
 
 }  // namespace
@@ -74,14 +69,8 @@ core::Result<std::vector<BatchJobRow>> BatchTable::jobs(const BatchRow& batch) {
       "SELECT id, matrix_values FROM batch_jobs JOIN jobs ON sequence=job WHERE batch=? "
       "ORDER BY place");
   select.bind(batch.sequence);
-  std::vector<BatchJobRow> rows;
-  while (select.step()) {
-    rows.push_back({.id = select.text(0), .values = select.text(1)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows(
+      [](const Statement& row) { return BatchJobRow{.id = row.text(0), .values = row.text(1)}; });
 }
 
 core::Result<std::vector<std::string>> BatchTable::ids_beside(std::int64_t job) {

@@ -3,15 +3,14 @@
 namespace server {
 
 core::Result<std::vector<std::string>> first_column(Statement& select) {
-  std::vector<std::string> column;
-  while (select.step()) {
-    column.push_back(select.text(0));
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return column;
+  return select.rows([](const Statement& row) { return row.text(0); });
 }
+
+core::Result<std::int64_t> first_integer(Statement& select) {
+  return select.result(select.step() ? select.integer(0) : 0);
+}
+
+core::Result<bool> has_row(Statement& select) { return select.result(select.step()); }
 
 core::Result<References> references_to(std::string_view id, const Access& access,
                                        Statement& count) {

@@ -14,6 +14,9 @@ namespace server {
 
 /// Returns the first column of all rows of a query.
 core::Result<std::vector<std::string>> first_column(Statement& select);
+/// Returns the first column of the first row; 0 if there is none.
+core::Result<std::int64_t> first_integer(Statement& select);
+core::Result<bool> has_row(Statement& select);
 
 /// References of tenants to something that they share, before one is removed.
 struct References {

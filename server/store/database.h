@@ -13,7 +13,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "core/base/mutex.h"
 #include "core/base/result.h"
@@ -60,6 +62,23 @@ class Statement {
   /// Steps once; for statements without rows.
   core::Status run();
   core::Status status() const;
+  /// Returns the value, or the first failure.
+  template <typename T>
+  core::Result<T> result(T value) const {
+    if (const auto ended = status(); !ended) {
+      return ended.error();
+    }
+    return value;
+  }
+  /// Reads all rows: read(*this) returns the value of one.
+  template <typename Read>
+  auto rows(const Read& read) {
+    std::vector<std::invoke_result_t<const Read&, const Statement&>> values;
+    while (step()) {
+      values.push_back(read(std::as_const(*this)));
+    }
+    return result(std::move(values));
+  }
 
   /// Columns of the row, counted from 0.
   std::int64_t integer(int column) const;

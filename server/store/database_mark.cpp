@@ -1,6 +1,5 @@
 #include "server/store/database_mark.h"
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -14,9 +13,6 @@
 #include "server/store/files.h"
 
 namespace server {
-
-using core::Error;
-using core::ErrorCode;
 
 namespace {
 

@@ -1,5 +1,7 @@
 #include "server/store/delivery_table.h"
 
+#include "server/store/columns.h"
+
 namespace server {
 
 using core::Status;
@@ -11,28 +13,23 @@ namespace {
   " ended_at, status, detail"
 
 core::Result<std::vector<DeliveryRow>> read_deliveries(Statement& select) {
-  std::vector<DeliveryRow> rows;
-  while (select.step()) {
-    rows.push_back(DeliveryRow{.sequence = select.integer(0),
-                               .id = select.text(1),
-                               .tenant = select.text(2),
-                               .job = select.text(3),
-                               .event = select.text(4),
-                               .url = select.text(5),
-                               .receiver = select.text(6),
-                               .body = select.text(7),
-                               .state = select.text(8),
-                               .attempts = static_cast<int>(select.integer(9)),
-                               .created_at = select.real(10),
-                               .next_at = select.real(11),
-                               .ended_at = select.optional_real(12),
-                               .status = static_cast<int>(select.integer(13)),
-                               .detail = select.text(14)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows([](const Statement& row) {
+    return DeliveryRow{.sequence = row.integer(0),
+                       .id = row.text(1),
+                       .tenant = row.text(2),
+                       .job = row.text(3),
+                       .event = row.text(4),
+                       .url = row.text(5),
+                       .receiver = row.text(6),
+                       .body = row.text(7),
+                       .state = row.text(8),
+                       .attempts = static_cast<int>(row.integer(9)),
+                       .created_at = row.real(10),
+                       .next_at = row.real(11),
+                       .ended_at = row.optional_real(12),
+                       .status = static_cast<int>(row.integer(13)),
+                       .detail = row.text(14)};
+  });
 }
 
 /// Returns tenant, scheme, host and port.
@@ -152,11 +149,7 @@ core::Result<std::int64_t> DeliveryTable::pending_count() {
   auto session = database_.session();
   Statement select =
       session.prepare("SELECT COUNT(*) FROM webhook_deliveries WHERE state='pending'");
-  const std::int64_t count = select.step() ? select.integer(0) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return count;
+  return first_integer(select);
 }
 
 Status DeliveryTable::forget_before(double ended_at) {
@@ -177,10 +170,7 @@ core::Result<std::string> DeliveryTable::secret(std::string_view tenant, const s
   }
   Statement select = session.prepare("SELECT secret FROM webhook_secrets WHERE tenant=?");
   std::string secret = select.bind(tenant).step() ? select.text(0) : std::string();
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return secret;
+  return select.result(std::move(secret));
 }
 
 Status DeliveryTable::replace_secret(std::string_view tenant, std::string_view secret) {

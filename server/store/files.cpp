@@ -1,6 +1,5 @@
 #include "server/store/files.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <system_error>

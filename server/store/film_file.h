@@ -15,7 +15,6 @@
 /// and slot 1, then the meter. An object is used by one thread at a time.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>

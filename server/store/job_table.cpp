@@ -4,6 +4,7 @@
 
 #include <zlib.h>
 
+#include "server/store/columns.h"
 #include "server/store/job_page.h"
 
 namespace server {
@@ -214,24 +215,7 @@ Status write_new(Database::Session& session, const JobTable::Insertion& job) {
   return write_events(session, row.sequence, job.events);
 }
 
-core::Result<std::vector<JobRow>> read_jobs(Statement& select) {
-  std::vector<JobRow> rows;
-  while (select.step()) {
-    rows.push_back(read_row(select));
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
-}
-
-core::Result<bool> any_row(Statement& select) {
-  const bool found = select.step();
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return found;
-}
+core::Result<std::vector<JobRow>> read_jobs(Statement& select) { return select.rows(read_row); }
 
 /// Returns whether a job (of that tenant) needs the id in the column.
 core::Result<bool> input_in_use(Database& database, const std::string& column, std::string_view id,
@@ -246,7 +230,7 @@ core::Result<bool> input_in_use(Database& database, const std::string& column, s
   if (tenant) {
     select.bind(*tenant);
   }
-  return any_row(select);
+  return has_row(select);
 }
 
 }  // namespace
@@ -271,11 +255,7 @@ core::Result<std::int64_t> JobTable::next_run() {
 core::Result<std::int64_t> JobTable::last_sequence() {
   auto session = database_.session();
   Statement select = session.prepare("SELECT seq FROM sqlite_sequence WHERE name='jobs'");
-  const std::int64_t last = select.step() ? select.integer(0) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return last;
+  return first_integer(select);
 }
 
 Status JobTable::insert(const JobRow& row, const std::vector<EventRow>& events,
@@ -376,23 +356,18 @@ core::Result<std::vector<EventRow>> JobTable::events_after(std::int64_t job_sequ
       "SELECT stream, seq, type, data FROM events WHERE job=? AND (stream, seq) > (?, ?)"
       " ORDER BY stream, seq");
   select.bind(job_sequence).bind(stream).bind(signed_of(seq));
-  std::vector<EventRow> events;
-  while (select.step()) {
-    events.push_back(EventRow{.stream = select.integer(0),
-                              .seq = unsigned_of(select.integer(1)),
-                              .type = select.text(2),
-                              .data = select.text(3)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return events;
+  return select.rows([](const Statement& row) {
+    return EventRow{.stream = row.integer(0),
+                    .seq = unsigned_of(row.integer(1)),
+                    .type = row.text(2),
+                    .data = row.text(3)};
+  });
 }
 
 core::Result<bool> JobTable::knows_stream(std::int64_t job_sequence, std::int64_t stream) {
   auto session = database_.session();
   Statement select = session.prepare("SELECT 1 FROM events WHERE job=? AND stream=? LIMIT 1");
-  return any_row(select.bind(job_sequence).bind(stream));
+  return has_row(select.bind(job_sequence).bind(stream));
 }
 
 Status JobTable::insert_key(const IdempotencyRow& key) {
@@ -413,10 +388,7 @@ core::Result<std::optional<IdempotencyRow>> JobTable::find_key(std::string_view 
                          .job = select.text(2),
                          .created_at = select.real(3)};
   }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return row;
+  return select.result(std::move(row));
 }
 
 Status JobTable::forget_keys_before(double created_at) {
@@ -446,10 +418,7 @@ core::Result<int> JobTable::unfinished_of(std::string_view tenant) {
       "SELECT COUNT(*) FROM jobs CROSS JOIN job_owners ON job=sequence"
       " WHERE state IN ('queued','loading','rendering','paused') AND owner=?");
   const int count = select.bind(tenant).step() ? static_cast<int>(select.integer(0)) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return count;
+  return select.result(count);
 }
 
 core::Result<std::map<std::string, std::int64_t>> JobTable::count_by_state() {
@@ -459,10 +428,7 @@ core::Result<std::map<std::string, std::int64_t>> JobTable::count_by_state() {
   while (select.step()) {
     counts[select.text(0)] = select.integer(1);
   }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return counts;
+  return select.result(std::move(counts));
 }
 
 }  // namespace server

@@ -122,10 +122,7 @@ core::Result<std::vector<KeyRow>> KeyTable::list() {
     row.priority_max = static_cast<int>(select.integer(9));
     rows.push_back(std::move(row));
   }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.result(std::move(rows));
 }
 
 core::Result<bool> KeyTable::remove(std::string_view id) {

@@ -23,17 +23,12 @@ constexpr std::int64_t kKeysMax = 16;
 std::int64_t count_of(Statement& select) { return select.step() ? select.integer(0) : 0; }
 
 core::Result<std::vector<PresetRow>> preset_rows(Statement& select) {
-  std::vector<PresetRow> rows;
-  while (select.step()) {
-    rows.push_back({.name = select.text(0),
-                    .body = select.text(1),
-                    .is_public = select.integer(2) != 0,
-                    .tenant = select.text(3)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows([](const Statement& row) {
+    return PresetRow{.name = row.text(0),
+                     .body = row.text(1),
+                     .is_public = row.integer(2) != 0,
+                     .tenant = row.text(3)};
+  });
 }
 
 core::Result<std::optional<PresetRow>> first_row(Statement& select) {

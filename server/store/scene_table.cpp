@@ -87,11 +87,7 @@ core::Result<bool> SceneTable::keeps(std::string_view id, const Access& access) 
   Statement select =
       session.prepare("SELECT 1 FROM scene_tenants WHERE scene=? AND (? OR tenant=?) LIMIT 1");
   select.bind(id).bind(std::int64_t{access.is_shared() ? 1 : 0}).bind(access.tenant);
-  const bool found = select.step();
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return found;
+  return has_row(select);
 }
 
 core::Result<std::vector<SceneRow>> SceneTable::list_scenes(const Access& access,
@@ -110,19 +106,14 @@ core::Result<std::vector<SceneRow>> SceneTable::list_scenes(const Access& access
     select.bind(access.tenant);
   }
   select.bind(before.value_or(std::numeric_limits<std::int64_t>::max())).bind(std::int64_t{limit});
-  std::vector<SceneRow> rows;
-  while (select.step()) {
-    rows.push_back(SceneRow{.sequence = select.integer(0),
-                            .id = select.text(1),
-                            .description = select.text(2),
-                            .facts = {},
-                            .created_at = select.real(3),
-                            .files = {}});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows([](const Statement& row) {
+    return SceneRow{.sequence = row.integer(0),
+                    .id = row.text(1),
+                    .description = row.text(2),
+                    .facts = {},
+                    .created_at = row.real(3),
+                    .files = {}};
+  });
 }
 
 core::Result<SceneTable::Removal> SceneTable::plan_removal(std::string_view id,

@@ -1,7 +1,6 @@
 #include "server/store/session_store.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "server/store/key_table.h"
 
@@ -16,10 +15,7 @@ core::Result<std::unique_ptr<SessionStore>> SessionStore::open(Database& databas
     store->entries_.emplace(select.text(0),
                             Entry{.token_hash = select.text(1), .ends_at = select.real(2)});
   }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return store;
+  return select.result(std::move(store));
 }
 
 core::Result<std::string> SessionStore::begin(std::string_view token_hash, double now) {

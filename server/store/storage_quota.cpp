@@ -16,11 +16,7 @@ namespace {
 constexpr std::uint64_t kStepBytes = std::uint64_t{4} << 20U;
 
 core::Result<std::uint64_t> sum_of(Statement& select) {
-  const std::int64_t sum = select.step() ? select.integer(0) : 0;
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return static_cast<std::uint64_t>(sum);
+  return select.result(select.step() ? static_cast<std::uint64_t>(select.integer(0)) : 0);
 }
 
 core::Result<StorageQuota::Stored> stored(core::Result<std::uint64_t> assets,

@@ -1,7 +1,5 @@
 #include "server/store/usage_table.h"
 
-#include <utility>
-
 namespace server {
 namespace {
 
@@ -28,19 +26,14 @@ core::Result<std::vector<UsageRow>> UsageTable::list(const Access& access) {
   auto session = database_.session();
   Statement select = session.prepare(kUsage);
   select.bind(std::int64_t{access.sees_all() ? 1 : 0}).bind(access.tenant);
-  std::vector<UsageRow> rows;
-  while (select.step()) {
-    rows.push_back(UsageRow{.tenant = select.text(0),
-                            .jobs = select.integer(1),
-                            .unfinished_jobs = select.integer(2),
-                            .cpu_seconds = select.real(3),
-                            .deleted_jobs = select.integer(4),
-                            .film_bytes = select.integer(5)});
-  }
-  if (const auto status = select.status(); !status) {
-    return status.error();
-  }
-  return rows;
+  return select.rows([](const Statement& row) {
+    return UsageRow{.tenant = row.text(0),
+                    .jobs = row.integer(1),
+                    .unfinished_jobs = row.integer(2),
+                    .cpu_seconds = row.real(3),
+                    .deleted_jobs = row.integer(4),
+                    .film_bytes = row.integer(5)};
+  });
 }
 
 }  // namespace server

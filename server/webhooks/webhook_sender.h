@@ -12,12 +12,9 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <thread>
-#include <vector>
 
 #include "server/http/web_post.h"
 #include "server/observe/log.h"

@@ -3,7 +3,7 @@
 import time
 import unittest
 
-from harness import PATIENCE_S, ApiTest, Server, TileStream, job_body
+from harness import PATIENCE_S, ApiTest, TileStream, job_body, started
 
 FILM = {"width": 96, "height": 64, "layers": []}
 
@@ -158,9 +158,7 @@ class AdaptiveRestart(unittest.TestCase):
         )
 
     def killed_again_and_again(self, jobs):
-        server = Server("--checkpoint", "0.2", "--log-level", "debug")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.2", "--log-level", "debug")
         for kind, wanted in jobs.items():
             calm = server.render(wanted)
             job = server.submit(wanted | {"name": kind})["id"]
@@ -182,7 +180,3 @@ class AdaptiveRestart(unittest.TestCase):
             self.assertEqual(done["film_digest"], calm["film_digest"], kind)
             self.assertEqual(done["stop_reason"], calm["stop_reason"], kind)
             self.assertEqual(done["error"], calm["error"], kind)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,7 +1,5 @@
 """Integrator auto: the job reports its choice and the reason, and renders like that integrator."""
 
-import unittest
-
 from harness import ApiTest, job_body
 
 
@@ -96,7 +94,3 @@ class Auto(ApiTest):
     def test_dry_run_estimates_the_cost(self):
         answer = self.server.post("/v1/jobs?dry_run=1", body("auto"))
         self.assertEqual(answer.status, 200, answer)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,17 +10,8 @@ import time
 import unittest
 import zipfile
 
-from harness import (
-    PATIENCE_S,
-    SMALL,
-    ApiTest,
-    EventStream,
-    Server,
-    job_body,
-    png_size,
-    tessera,
-    triangle_glb,
-)
+from harness import (PATIENCE_S, SMALL, ApiTest, EventStream, job_body, png_size, started, tessera,
+                     triangle_glb)
 from webhooks_test import Receiver
 
 LONG = 65536
@@ -443,9 +434,7 @@ class Killed(unittest.TestCase):
     def test_killed_batch_ends_with_the_same_digests(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
-        server = Server("--webhook-private", "--checkpoint", "0.1")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--webhook-private", "--checkpoint", "0.1")
         _, calm = self.run_batch(server)
 
         def kill_twice():
@@ -463,9 +452,7 @@ class Killed(unittest.TestCase):
         self.assertEqual(told["data"]["id"], batch_id)
 
     def test_submission_is_atomic_over_a_kill(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         body = batch_body({"seed": list(range(64))}, template=job_body(samples=LONG))
         acknowledged = []
 
@@ -487,7 +474,3 @@ class Killed(unittest.TestCase):
         for batch in batches:
             self.assertEqual(sum(batch["counts"].values()), 64)
         server.kill()
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,17 +10,8 @@ import subprocess
 import tempfile
 import threading
 
-from harness import (
-    BINARY,
-    ApiTest,
-    Server,
-    hdr_image,
-    job_body,
-    png_data,
-    png_pixels,
-    tessera,
-    triangle_glb,
-)
+from harness import (BINARY, ApiTest, hdr_image, job_body, png_data, png_pixels, started, tessera,
+                     triangle_glb)
 
 
 class CommandLine(ApiTest):
@@ -52,8 +43,7 @@ class CommandLine(ApiTest):
         return code, said
 
     def test_keys_lose_the_line_break_of_their_file_and_are_no_other_header(self):
-        server = Server("--key", "secret", key="secret").start()
-        self.addCleanup(server.close)
+        server = started(self, "--key", "secret", key="secret")
         flags = ("--server", f"http://127.0.0.1:{server.port}")
         for key, code in (("secret\r\n", 0), (" secret", 0), ("wrong", 1), ("\n", 2),
                           ("secret\r\nX-Request-Id: 1", 2), ("secret\x1b", 2)):
@@ -94,9 +84,7 @@ class CommandLine(ApiTest):
                     self.assertNotIn("secretpw", printed + said)
 
     def test_announces_without_a_password(self):
-        server = Server("--announce", "https://u:secretpw@render.example.org/")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--announce", "https://u:secretpw@render.example.org/")
         self.assertEqual(server.process.stdout.readline(),
                          b"open https://***@render.example.org/ in a browser\n")
 

@@ -2,7 +2,7 @@
 
 import unittest
 
-from harness import ApiTest, Server, job_body
+from harness import ApiTest, job_body, started
 
 BIASED = ("path-caustics", "sppm", "vcm", "photon-map", "irradiance-cache")
 
@@ -61,9 +61,7 @@ class ComparedErrors(ApiTest):
 
 class StoredComparedErrors(unittest.TestCase):
     def test_errors_are_the_same_after_a_restart_and_for_any_threads(self):
-        server = Server(threads=1)
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, threads=1)
         jobs = [server.render(body(integrator)) for integrator in BIASED]
         server.stop()
         server.start(threads=3)

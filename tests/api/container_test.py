@@ -7,11 +7,10 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 
 from farm import Broker
-from harness import BINARY, PATIENCE_S, Server
+from harness import BINARY, PATIENCE_S, started, wait_for
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 DOCKER = os.path.join(ROOT, "docker")
@@ -72,8 +71,7 @@ class EntrypointTest(unittest.TestCase):
             self.assertRegex(done.stderr, f"user 4321 cannot write to .*/{name}; .*chown -R 4321:")
 
     def test_health_is_asked_at_the_port_of_the_flags(self):
-        server = Server().start()
-        self.addCleanup(server.close)
+        server = started(self)
         path = os.path.dirname(os.path.abspath(BINARY)) + ":/usr/bin:/bin"
         with tempfile.NamedTemporaryFile("wb") as line:
             line.write(b"\0".join([b"tessera", b"serve", b"--port", str(server.port).encode()]))
@@ -147,15 +145,9 @@ class ManifestsTest(unittest.TestCase):
             answer = connection.getresponse()
             return answer.status, answer.read().decode()
 
-        def until(done):
-            deadline = time.monotonic() + PATIENCE_S
-            while not done():
-                self.assertLess(time.monotonic(), deadline)
-                time.sleep(0.05)
-
         self.assertEqual(len(server.probes), 3)
         for probe in server.probes:  # The kubelet asks by the pod's address.
-            until(lambda: ask(probe, "10.1.2.3:8080")[0] == 200)
+            wait_for(lambda: ask(probe, "10.1.2.3:8080")[0] == 200)
         for host in server.environ["TESSERA_HOSTS"].split(","):
             authorized = {"Authorization": "Bearer " + secrets["key"]}
             self.assertEqual(ask("/v1/workers", host, **authorized)[0], 200)
@@ -165,7 +157,7 @@ class ManifestsTest(unittest.TestCase):
         self.assertNotEqual(args, worker.args)
         worker.environ["TESSERA_CACHE"] = folder + "/cache"  # The volume.
         self.started(worker.start(*args))
-        until(lambda: '"idle"' in ask("/v1/workers", "tessera", **authorized)[1])
+        wait_for(lambda: '"idle"' in ask("/v1/workers", "tessera", **authorized)[1])
 
 
 class AlertsTest(unittest.TestCase):
@@ -177,7 +169,3 @@ class AlertsTest(unittest.TestCase):
         done = subprocess.run([PROMTOOL, "test", "rules", folder + "/alerts_test.yaml"],
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -17,7 +17,7 @@ import zipfile
 import zlib
 from pathlib import Path
 
-from harness import BINARY, TRIANGLE, ApiTest, Server, glb, tessera, triangle_document
+from harness import BINARY, TRIANGLE, ApiTest, glb, started, tessera, triangle_document
 
 HELPER = Path(BINARY).resolve().parent / "tessera-convert"
 SIZE = (2, 3, 5)  # along x, y and z of the file
@@ -409,9 +409,7 @@ class Programs(ApiTest):
         return path
 
     def answer(self, text, content=b"solid body"):
-        server = Server("--converters", f"STEP={self.program(text)}")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--converters", f"STEP={self.program(text)}")
         return server.post("/v1/scenes?name=part.step", content,
                            headers={"Content-Type": "application/octet-stream"})
 
@@ -453,14 +451,8 @@ class Programs(ApiTest):
         self.assertIn("--converters step=PROGRAM", answer.json()["detail"])
 
     def test_without_the_converter_the_answer_names_the_remedy(self):
-        server = Server(environ={"TESSERA_CONVERTER": "/nowhere"})
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, environ={"TESSERA_CONVERTER": "/nowhere"})
         answer = server.post("/v1/scenes?name=box.stl", stl_binary(),
                              headers={"Content-Type": "application/octet-stream"})
         self.assertEqual(answer.status, 415, answer)
         self.assertIn("server/run --with-converters", answer.json()["detail"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,7 +4,6 @@ import json
 import math
 import pathlib
 import re
-import unittest
 import urllib.parse
 
 from harness import ApiTest
@@ -284,7 +283,3 @@ class CourseTest(ApiTest):
                 answer = self.server.post("/v1/jobs", job)
                 self.assertEqual(answer.status, 201, (number, answer))
                 self.server.post(f"/v1/jobs/{answer.json()['id']}/cancel", {})
-
-
-if __name__ == "__main__":
-    unittest.main()

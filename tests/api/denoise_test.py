@@ -5,9 +5,8 @@ import json
 import os
 
 import harness
-from harness import (
-    ApiTest, EventStream, Server, in_background, job_body, png_pixels, png_size, tessera
-)
+from harness import (ApiTest, EventStream, Server, in_background, job_body, png_pixels, png_size,
+                     started, tessera)
 
 # A library that follows FAKE_OIDN (tests/support/fake_oidn.cpp).
 FAKE_OIDN = os.path.join(os.path.dirname(harness.BINARY), "tests", "fake_oidn")
@@ -239,9 +238,7 @@ class DenoisedTargets(ApiTest):
         self.assert_problem(answer, 422, "/stop/denoised_error")
 
     def test_failing_denoiser_leaves_the_other_rules(self):
-        server = Server(environ={"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"})
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, environ={"TESSERA_OIDN": FAKE_OIDN, "FAKE_OIDN": "crash"})
         job = server.render(small(stop={"denoised_error": 0.9, "samples_per_pixel": 8},
                                   denoise={"type": "oidn"}))
         self.assertEqual((job["state"], job["stop_reason"]), ("finished", "samples_per_pixel"))

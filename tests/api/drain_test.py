@@ -1,10 +1,9 @@
 """Draining without stopping, and the retention of ended jobs."""
 
 import json
-import time
 import unittest
 
-from harness import PATIENCE_S, ApiTest, Server, job_body, tessera
+from harness import ApiTest, job_body, started, tessera, wait_for
 
 
 class Drain(ApiTest):
@@ -32,15 +31,10 @@ class Drain(ApiTest):
 
 class Retention(unittest.TestCase):
     def wait_for_404(self, server, job):
-        deadline = time.monotonic() + PATIENCE_S
-        while server.get(f"/v1/jobs/{job}").status != 404:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.1)
+        wait_for(lambda: server.get(f"/v1/jobs/{job}").status == 404)
 
     def test_deletes_the_oldest_beyond_a_number(self):
-        server = Server("--max-ended", "1")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--max-ended", "1")
         first, second = (server.render(job_body(seed=seed))["id"] for seed in range(2))
         self.wait_for_404(server, first)
         self.assertEqual(server.get(f"/v1/jobs/{second}").status, 200)
@@ -48,13 +42,7 @@ class Retention(unittest.TestCase):
         self.assertEqual(limits["ended_jobs"], 1)
 
     def test_deletes_all_after_their_time(self):
-        server = Server("--retention", "2")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--retention", "2")
         longer = server.submit(job_body(retention_seconds=1000))
         self.assertTrue([each for each in longer["warnings"] if "2 seconds" in each])
         self.wait_for_404(server, longer["id"])
-
-
-if __name__ == "__main__":
-    unittest.main()

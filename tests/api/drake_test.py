@@ -5,9 +5,8 @@ import hashlib
 import json
 import math
 import struct
-import unittest
 
-from harness import ApiTest, Server, png_pixels, png_size
+from harness import ApiTest, png_pixels, png_size, started
 
 WIDTH, HEIGHT = 64, 48
 INTRINSICS = {"focal_x": 70.5, "focal_y": 66.25, "center_x": 30.75, "center_y": 26.5}
@@ -194,9 +193,7 @@ class Drake(ApiTest):
         self.assertEqual(found, {None, 7, 300})
 
     def test_both_paths_need_a_key_where_there_is_one(self):
-        server = Server("--drake", "--key", "operators-own")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--drake", "--key", "operators-own")
         for key, status in (("operators-own", 200), ("wrong", 401), (None, 401)):
             for path in ("/render", "/v1/drake/render"):
                 answer = server.post(path, form(self.scene.text(), "label"), headers={
@@ -245,15 +242,9 @@ class Drake(ApiTest):
         self.assertEqual(answer.status, 415)
 
     def test_the_short_path_needs_its_flag(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         headers = {"Content-Type": "multipart/form-data; boundary=sep"}
         body = form(self.scene.text(), "depth")
         self.assertEqual(server.post("/render", body, headers=headers).status, 404)
         answer = server.post("/v1/drake/render", body, headers=headers)
         self.assertEqual(answer.status, 200, answer)
-
-
-if __name__ == "__main__":
-    unittest.main()

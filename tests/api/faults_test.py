@@ -8,18 +8,8 @@ import threading
 import time
 import unittest
 
-from harness import (
-    PATIENCE_S,
-    TRIANGLE,
-    ApiTest,
-    Server,
-    hdr_image,
-    in_background,
-    job_body,
-    tessera,
-    triangle_document,
-    triangle_glb,
-)
+from harness import (PATIENCE_S, TRIANGLE, ApiTest, Server, hdr_image, in_background, job_body,
+                     started, tessera, triangle_document, triangle_glb, wait_for)
 
 BYTES = {"Content-Type": "application/octet-stream"}
 GLB = {"Content-Type": "model/gltf-binary"}
@@ -34,9 +24,7 @@ class FullDisk(unittest.TestCase):
         def limit_files():
             resource.setrlimit(resource.RLIMIT_FSIZE, (self.LIMIT, self.LIMIT))
 
-        self.server = Server("--checkpoint", "0.2", preexec=limit_files)
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self, "--checkpoint", "0.2", preexec=limit_files)
 
     def assert_no_space(self, answer):
         self.assertEqual(answer.status, 507, answer)
@@ -195,10 +183,7 @@ class Forgotten(ApiTest):
         long = self.server.render(job_body(retention_seconds=1000))["id"]
         short = self.server.render(job_body(retention_seconds=1))
         self.assertEqual(short["spec"]["retention_seconds"], 1)
-        deadline = time.monotonic() + PATIENCE_S
-        while self.server.get(f"/v1/jobs/{short['id']}").status != 404:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.1)
+        wait_for(lambda: self.server.get(f"/v1/jobs/{short['id']}").status == 404)
         self.assertFalse(os.path.exists(f"{self.server.data}/films/{short['id']}.film"))
         for job in (kept, long):
             self.assertEqual(self.server.get(f"/v1/jobs/{job}").status, 200)
@@ -251,9 +236,7 @@ class Arithmetic(unittest.TestCase):
 
 class Check(unittest.TestCase):
     def setUp(self):
-        self.server = Server()
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self)
         self.scene = self.server.post("/v1/scenes", triangle_glb(), GLB).json()["id"]
         self.job = self.server.render(job_body(self.scene))["id"]
 

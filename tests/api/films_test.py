@@ -8,7 +8,7 @@ import struct
 import time
 import unittest
 
-from harness import PATIENCE_S, ApiTest, Server, in_background, job_body, tessera
+from harness import ApiTest, in_background, job_body, started, tessera, wait_for
 
 FILM = "application/vnd.tessera.film"
 
@@ -495,9 +495,7 @@ class Verbs(FilmTest):
 
 class Killed(unittest.TestCase):
     def test_a_merge_exists_completely_or_not_at_all(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         film = {"width": 256, "height": 256, "layers": []}
         ids = [server.render(part(first=first, samples=2, film=film))["id"] for first in (0, 2)]
         whole = server.render(part(replicates=4, samples=4, film=film))["film_digest"]
@@ -534,9 +532,7 @@ class FilmAccess(unittest.TestCase):
     """Access to films and to merging."""
 
     def test_enforces_scopes_and_rates(self):
-        server = Server("--shared", "--key", "operators-own", key="operators-own")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--shared", "--key", "operators-own", key="operators-own")
         job = server.render(part())
         other = server.render(part(first=2))
 
@@ -555,10 +551,7 @@ class FilmAccess(unittest.TestCase):
             add_key("--scope", "write"),
             add_key("--rate", "2"),
         )
-        deadline = time.monotonic() + PATIENCE_S
-        while status(reads, "GET", "/v1/jobs") != 200:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.05)
+        wait_for(lambda: status(reads, "GET", "/v1/jobs") == 200)
         film = f"/v1/jobs/{job['id']}/film"
         merge = {"films": [job["id"], other["id"]]}
         compare = {"a": job["id"], "b": other["id"]}

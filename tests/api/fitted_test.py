@@ -2,7 +2,7 @@
 
 import unittest
 
-from harness import ApiTest, Server, job_body
+from harness import ApiTest, job_body, started
 
 KINDS = {"mis": "optimal", "control_variate": "regression"}
 
@@ -55,9 +55,7 @@ class Fitted(ApiTest):
 
 class Restart(unittest.TestCase):
     def test_fitted_coefficients_survive_a_kill(self):
-        server = Server("--checkpoint", "0.1", "--log-level", "debug")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.1", "--log-level", "debug")
         calm = server.render(body("mis", 384))
         job = server.submit(body("mis", 384, name="killed"))["id"]
         server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
@@ -68,7 +66,3 @@ class Restart(unittest.TestCase):
         server.start(1)
         self.assertGreater(server.job(job)["progress"]["samples_per_pixel"]["max"], 0)
         self.assertEqual(server.wait(job)["film_digest"], calm["film_digest"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,10 +3,9 @@ form."""
 
 import contextlib
 import socket
-import time
 
 from churn import metric
-from harness import PATIENCE_S, ApiTest, job_body
+from harness import PATIENCE_S, ApiTest, job_body, wait_for
 
 DRIPS = 600  # Well above the limit of waiting connections of one address (256).
 
@@ -35,10 +34,8 @@ class Flood(ApiTest):
                         self.assertEqual(self.server.get(path).status, 200, path)
             job = self.server.submit(job_body())["id"]
             self.assertEqual(self.server.get(f"/v1/jobs/{job}?wait=60").json()["state"], "finished")
-            deadline = time.monotonic() + PATIENCE_S
-            while self.refused("address") < DRIPS - 256:
-                self.assertLess(time.monotonic(), deadline, "slow connections are not closed")
-                time.sleep(0.05)
+            wait_for(lambda: self.refused("address") >= DRIPS - 256,
+                     "slow connections are not closed")
             self.assertEqual(self.refused("served"), 0)
 
 
@@ -52,10 +49,8 @@ class Waits(ApiTest):
                 waiting = self.server.connect()
                 stack.callback(waiting.close)
                 waiting.request("GET", f"/v1/jobs/{job}?wait=60")
-            deadline = time.monotonic() + PATIENCE_S
-            while metric(self.server, "tessera_streams") < 2:
-                self.assertLess(time.monotonic(), deadline, "requests that wait do not count")
-                time.sleep(0.01)
+            wait_for(lambda: metric(self.server, "tessera_streams") >= 2,
+                     "requests that wait do not count")
             answer = self.server.get(f"/v1/jobs/{job}?wait=1")
             self.assertEqual(answer.status, 503, answer)
             self.assertTrue(answer.headers["Retry-After"])

@@ -8,7 +8,7 @@ import tempfile
 import time
 import unittest
 
-from harness import PATIENCE_S, Server, job_body
+from harness import PATIENCE_S, Server, job_body, started
 
 BYTES = {"Content-Type": "application/octet-stream"}
 
@@ -132,9 +132,7 @@ class FileSizeLimit(FullDiskTest):
     BELOW_THE_FILM = 5_000_000
 
     def setUp(self):
-        self.server = Server("--checkpoint", "0.3")
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self, "--checkpoint", "0.3")
 
     def limit(self, bytes_of_a_file):
         resource.prlimit(self.server.process.pid, resource.RLIMIT_FSIZE,
@@ -200,9 +198,7 @@ class FileSizeLimit(FullDiskTest):
 
 class Retry(unittest.TestCase):
     def setUp(self):
-        self.server = Server("--checkpoint", "0.1", "--log-level", "debug")
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self, "--checkpoint", "0.1", "--log-level", "debug")
 
     def restart_with(self, *flags):
         self.server.kill()
@@ -258,9 +254,7 @@ class Retry(unittest.TestCase):
 
 class Damaged(unittest.TestCase):
     def test_reports_a_lost_film_of_a_finished_job_without_rendering_again(self):
-        server = Server("--film-cache", "0")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--film-cache", "0")
         for damage in (lambda path: os.truncate(path, 9000), lambda path: os.truncate(path, 0),
                        os.remove):
             job = server.render(job_body())["id"]
@@ -280,7 +274,3 @@ class Damaged(unittest.TestCase):
             self.assertIn('"film_damaged"', server.log_text())
             self.assertEqual(os.path.exists(path) and os.path.getsize(path), size)
             self.assertEqual(server.request("DELETE", f"/v1/jobs/{job}").status, 204)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -197,6 +197,24 @@ class Server:
         )
 
 
+def wait_for(condition, failure="timed out", seconds=PATIENCE_S):
+    """Returns the condition's first true value. failure: a text, or a function that returns it."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()):
+        if time.monotonic() > deadline:
+            raise AssertionError(failure() if callable(failure) else failure)
+        time.sleep(0.02)
+    return value
+
+
+def started(case, *flags, **options):
+    """Starts a Server that is closed at the end of the test, or of the class of tests."""
+    server = Server(*flags, **options)
+    clean_up = case.addClassCleanup if isinstance(case, type) else case.addCleanup
+    clean_up(server.close)
+    return server.start()
+
+
 class Stream:
     """A GET, or another `method`, whose answer is read as it arrives."""
 
@@ -375,9 +393,7 @@ class ApiTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(*cls.FLAGS, threads=cls.THREADS)
-        cls.addClassCleanup(cls.server.close)
-        cls.server.start()
+        cls.server = started(cls, *cls.FLAGS, threads=cls.THREADS)
 
     def tearDown(self):
         if self.server.process is not None and not self.server.alive():

@@ -8,7 +8,7 @@ import struct
 import time
 
 from churn import metric
-from harness import PATIENCE_S, ApiTest, job_body, png_pixels, png_size, tessera
+from harness import PATIENCE_S, ApiTest, job_body, png_pixels, png_size, tessera, wait_for
 
 MAGIC = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "webp": b"RIFF", "exr": b"\x76\x2f\x31\x01",
          "hdr": b"#?", "tif": (b"II*\0", b"MM\0*"), "avif": b"\0\0\0\x1cftypavif"}
@@ -473,10 +473,7 @@ class FirstImages(ApiTest):
     FLAGS = ("--film-cache", "1M")  # less than the film of 128x128
 
     def wait_for_images(self, count):
-        deadline = time.monotonic() + PATIENCE_S
-        while metric(self.server, "tessera_cached_images") < count:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.02)
+        wait_for(lambda: metric(self.server, "tessera_cached_images") >= count)
 
     def test_images_that_the_page_opens_with_are_encoded_when_the_job_ends(self):
         # tests/e2e/series.test.mjs has the same queries.

@@ -1,10 +1,9 @@
 """Keys: authentication, scopes, rates; the cookie of the page, tickets, CORS."""
 
 import json
-import time
 import unittest
 
-from harness import PATIENCE_S, EventStream, Server, job_body, tessera
+from harness import EventStream, Server, job_body, started, tessera, wait_for
 
 PAGE = "http://studio.example"
 
@@ -14,11 +13,9 @@ class Keyed(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(
-            "--key", "operators-own", "--origins", PAGE, "--quota-jobs", "1", key="operators-own"
-        )
-        cls.addClassCleanup(cls.server.close)
-        cls.server.start()
+        cls.server = started(
+            cls, "--key", "operators-own", "--origins", PAGE, "--quota-jobs", "1",
+            key="operators-own")
 
     def add_key(self, *flags):
         code, key, said = tessera("keys", "add", "test", "--data", self.server.data, *flags)
@@ -31,10 +28,7 @@ class Keyed(unittest.TestCase):
         return self.server.request(method, path, body, headers).status
 
     def wait_for_status(self, status, path, key):
-        deadline = time.monotonic() + PATIENCE_S
-        while self.status(path, key) != status:
-            self.assertLess(time.monotonic(), deadline, f"timed out waiting for {status}")
-            time.sleep(0.05)
+        wait_for(lambda: self.status(path, key) == status, f"timed out waiting for {status}")
 
     def test_without_the_key_is_401(self):
         for key in (None, "wrong", "operators-ow", "operators-own2"):
@@ -230,15 +224,10 @@ class Keyed(unittest.TestCase):
 
 class StoredKeys(unittest.TestCase):
     def test_first_stored_key_closes_an_open_server(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         self.assertEqual(server.get("/v1/jobs").status, 200)
         key = tessera("keys", "add", "first", "--data", server.data)[1].strip()
-        deadline = time.monotonic() + PATIENCE_S
-        while server.get("/v1/jobs").status != 401:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.05)
+        wait_for(lambda: server.get("/v1/jobs").status == 401)
         server.key = key
         job = server.render(job_body())["id"]
         with EventStream(server, job) as stream:

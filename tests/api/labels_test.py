@@ -4,7 +4,7 @@ import json
 import struct
 import unittest
 
-from harness import ApiTest, Server, job_body, png_pixels
+from harness import ApiTest, job_body, png_pixels, started
 
 IDS = ["object", "instance", "material", "primitive"]
 MATTES = ["cryptomatte:object", "cryptomatte:material"]
@@ -175,16 +175,10 @@ class Labels(ApiTest):
 
 class Restart(unittest.TestCase):
     def test_labels_and_mattes_survive_a_kill(self):
-        server = Server("--checkpoint", "0.3")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.3")
         calm = server.render(body([*IDS, *MATTES], 256))
         job = server.submit(body([*IDS, *MATTES], 256, name="killed"))["id"]
         server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 16)
         server.kill()
         server.start(1)
         self.assertEqual(server.wait(job)["film_digest"], calm["film_digest"])
-
-
-if __name__ == "__main__":
-    unittest.main()

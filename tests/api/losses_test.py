@@ -4,7 +4,7 @@ import os
 import sqlite3
 import unittest
 
-from harness import Server, hdr_image, job_body, tessera, triangle_glb
+from harness import hdr_image, job_body, started, tessera, triangle_glb
 
 GLB = {"Content-Type": "model/gltf-binary"}
 
@@ -19,8 +19,7 @@ def flip(path, at):
 
 class LossesTest(unittest.TestCase):
     def setUp(self):
-        self.server = Server().start()
-        self.addCleanup(self.server.close)
+        self.server = started(self)
 
     def films(self):
         return sorted(os.listdir(self.server.data + "/films"))
@@ -210,7 +209,3 @@ class LossesTest(unittest.TestCase):
                                           {"Content-Type": "multipart/form-data; boundary=x"})
             self.assertEqual(refused.status, 415, refused)
             self.assertIn("--data-binary", refused.json()["detail"])
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -9,7 +9,7 @@ import re
 import tempfile
 import unittest
 
-from harness import ApiTest, Server, job_body, tessera
+from harness import ApiTest, job_body, started, tessera
 
 POINT = {"position": [2, 0, 0], "normal": [0, 2, 0]}
 PLANE = {"origin": [0, 0, 0], "edge_u": [0, 0, 1], "edge_v": [1, 0, 0], "columns": 3, "rows": 2}
@@ -230,9 +230,7 @@ class Meter(ApiTest):
 
 class Restart(unittest.TestCase):
     def test_readings_survive_a_kill(self):
-        server = Server("--checkpoint", "0.3")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.3")
         calm = server.render(body(BOX, 512))
         job = server.submit(body(BOX, 512, name="killed"))["id"]
         server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
@@ -241,7 +239,3 @@ class Restart(unittest.TestCase):
         server.wait(job)
         self.assertEqual(server.get(f"/v1/jobs/{job}/meter").json(),
                          server.get(f"/v1/jobs/{calm['id']}/meter").json())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,7 +7,7 @@ import re
 import string
 import time
 
-from harness import PATIENCE_S, ApiTest, EventStream, job_body
+from harness import ApiTest, EventStream, job_body, wait_for
 
 NAME = re.compile(r"[a-zA-Z_:][a-zA-Z0-9_:]*")
 LABEL = re.compile(r'([a-zA-Z_][a-zA-Z0-9_]*)="((?:[^"\\\n]|\\\\|\\"|\\n)*)"')
@@ -90,10 +90,8 @@ class Metrics(ApiTest):
         return None
 
     def wait_for(self, name, at_least, **labels):
-        deadline = time.monotonic() + PATIENCE_S
-        while (self.value(name, **labels) or 0) < at_least:
-            self.assertLess(time.monotonic(), deadline, f"{name} {labels} stays below {at_least}")
-            time.sleep(0.05)
+        wait_for(lambda: (self.value(name, **labels) or 0) >= at_least,
+                 f"{name} {labels} stays below {at_least}")
 
     def test_text_is_well_formed_and_names_follow_the_rules(self):
         job = self.server.submit(job_body())["id"]

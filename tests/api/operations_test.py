@@ -13,7 +13,7 @@ import tempfile
 import time
 import unittest
 
-from harness import BINARY, PATIENCE_S, ApiTest, Server
+from harness import BINARY, PATIENCE_S, ApiTest, Server, wait_for
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 DOCKER = os.path.join(HERE, "..", "..", "docker")
@@ -80,10 +80,7 @@ class Reload(unittest.TestCase):
         """Reloads; returns the line of the log that reports it."""
         known = server.log_text().count(event)
         server.process.send_signal(signal.SIGHUP)
-        deadline = time.monotonic() + PATIENCE_S
-        while server.log_text().count(event) == known:
-            self.assertLess(time.monotonic(), deadline, server.log_text())
-            time.sleep(0.02)
+        wait_for(lambda: server.log_text().count(event) != known, server.log_text)
         return json.loads(
             [line for line in server.log_text().splitlines() if f'"{event}"' in line][-1]
         )

@@ -7,8 +7,8 @@ import http.client
 import time
 import unittest
 
-from harness import (PATIENCE_S, ApiTest, Server, in_background, png_pixels, png_size, tessera,
-                     triangle_glb)
+from harness import (PATIENCE_S, ApiTest, Server, in_background, png_pixels, png_size, started,
+                     tessera, triangle_glb, wait_for)
 
 SMALL = {"job": {"film": {"width": 24, "height": 12}, "stop": {"samples_per_pixel": 4}}}
 LONG = {"job": {"film": {"width": 64, "height": 64}, "stop": {"samples_per_pixel": 65536}}}
@@ -249,10 +249,7 @@ class Pictures(ApiTest):
         self.server.request("PUT", "/v1/presets/shown", {**LONG, "deadline_seconds": 3})
         sender = http.client.HTTPConnection("127.0.0.1", self.server.port)
         sender.request("POST", "/v1/render?preset=shown&scene=cornell-box&theta=9&phi=90&wait=60")
-        end = time.monotonic() + PATIENCE_S
-        while not (jobs := self.server.get(self.UNFINISHED).json()["jobs"]):
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.02)
+        jobs = wait_for(lambda: self.server.get(self.UNFINISHED).json()["jobs"])
         visitor = in_background(lambda: self.picture("/shown/cornell-box/9,90.png"))
         time.sleep(1)  # it waits now
         sender.close()
@@ -358,9 +355,7 @@ class Pictures(ApiTest):
 
 class Failures(unittest.TestCase):
     def test_image_that_fails_is_tried_once_until_someone_tries_again(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         server.request("PUT", "/v1/presets/p", SMALL)
         key = server.post("/v1/signing-keys").json()["key"]
         model = triangle_glb()
@@ -391,9 +386,7 @@ class Failures(unittest.TestCase):
 
 class Bounds(unittest.TestCase):
     def start(self, *flags):
-        self.server = Server(*flags, threads=1)
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self, *flags, threads=1)
         for name in ("open", "other"):
             self.server.request("PUT", "/v1/presets/" + name,
                                 {**LONG, "public": True, "deadline_seconds": 0.001})
@@ -506,17 +499,13 @@ class Tenants(unittest.TestCase):
         self.assertGreaterEqual(int(busy.headers["Retry-After"]), 1)
 
     def test_backup_has_presets_and_keys(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         server.request("PUT", "/v1/presets/p", SMALL)
         key = server.post("/v1/signing-keys").json()["key"]
         code, _, said = tessera("backup", "--data", server.data, "--to", server.data + "-copy")
         self.assertEqual(code, 0, said)
         server.stop()
-        copy = Server(data=server.data + "-copy")
-        self.addCleanup(copy.close)
-        copy.start()
+        copy = started(self, data=server.data + "-copy")
         self.assertEqual(copy.get("/v1/presets/p").json()["job"], SMALL["job"])
         self.assertEqual(settled(copy, signed(key, "/p/cornell-box/1,90.png")).status, 200)
         copy.stop()

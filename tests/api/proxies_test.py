@@ -16,7 +16,7 @@ import time
 import unittest
 import urllib.parse
 
-from harness import PATIENCE_S, Server
+from harness import PATIENCE_S, started
 
 ROOT = pathlib.Path(__file__).parents[2]
 GUIDE = ROOT / "clients/web/src/guide/operations.md"
@@ -50,8 +50,7 @@ class Proxies(unittest.TestCase):
 
     def start(self):
         key = "key-of-the-proxies-test"
-        self.server = Server("--trusted-proxies", "127.0.0.1", "--key", key, key=key).start()
-        self.addCleanup(self.server.close)
+        self.server = started(self, "--trusted-proxies", "127.0.0.1", "--key", key, key=key)
         self.port = free_port()
         self.folder = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.folder)
@@ -153,7 +152,3 @@ class Proxies(unittest.TestCase):
         config.write_text(settings.replace("/etc/traefik/tessera.yaml", str(routes)),
                           encoding="utf-8")
         self.check_behind("/", traefik(), f"--configFile={config}")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,7 +3,7 @@
 import unittest
 import uuid
 
-from harness import ApiTest, Server, in_background, job_body
+from harness import ApiTest, in_background, job_body, started
 
 
 class ClientIds(ApiTest):
@@ -63,9 +63,7 @@ class ClientIds(ApiTest):
 
 class ClientIdsAfterAKill(unittest.TestCase):
     def test_client_chosen_id_survives(self):
-        server = Server()
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self)
         name = str(uuid.uuid4())
         server.request("PUT", f"/v1/jobs/{name}", job_body())
         server.kill()

@@ -13,20 +13,9 @@ import time
 import unittest
 import zipfile
 
-from harness import (
-    PATIENCE_S,
-    TRIANGLE,
-    ApiTest,
-    Server,
-    glb,
-    hdr_image,
-    in_background,
-    png_pixels,
-    png_size,
-    tessera,
-    triangle_document,
-    triangle_glb,
-)
+from harness import (PATIENCE_S, TRIANGLE, ApiTest, Server, glb, hdr_image, in_background,
+                     png_pixels, png_size, started, tessera, triangle_document, triangle_glb,
+                     wait_for)
 
 
 def white_glb(points, normals, triangles):
@@ -444,10 +433,7 @@ class Render(ApiTest):
         """Sends the request on a connection of its own, which is returned, and the job's id."""
         connection = http.client.HTTPConnection("127.0.0.1", self.server.port)
         connection.request("POST", "/v1/render?" + query, headers=self.server.with_key({}))
-        deadline = time.monotonic() + PATIENCE_S
-        while not (jobs := self.server.get(self.UNFINISHED).json()["jobs"]):
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.02)
+        jobs = wait_for(lambda: self.server.get(self.UNFINISHED).json()["jobs"])
         return connection, jobs[0]["id"]
 
     def check_goes_on(self, job):
@@ -500,7 +486,5 @@ class Isolated(unittest.TestCase):
         self.assertEqual(server.post(named, headers=keys["theirs"]).status, 404)
 
     def test_key_must_be_allowed_to_write(self):
-        server = Server("--key", "operators-own")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--key", "operators-own")
         self.assertEqual(server.post("/v1/render?scene=cornell-box").status, 401)

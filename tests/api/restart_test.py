@@ -5,17 +5,8 @@ import signal
 import time
 import unittest
 
-from harness import (
-    PATIENCE_S,
-    EventStream,
-    Server,
-    TileStream,
-    hdr_image,
-    in_background,
-    job_body,
-    tile_places,
-    triangle_glb,
-)
+from harness import (EventStream, Server, TileStream, hdr_image, in_background,
+                     job_body, started, tile_places, triangle_glb)
 
 FOG = {"type": "homogeneous", "scattering": [0.4, 0.4, 0.4]}
 
@@ -52,9 +43,7 @@ class RestartTest(unittest.TestCase):
     FLAGS = ("--checkpoint", "0.3", "--log-level", "debug")
 
     def setUp(self):
-        self.server = Server(*self.FLAGS)
-        self.addCleanup(self.server.close)
-        self.server.start()
+        self.server = started(self, *self.FLAGS)
 
     def wait_for_checkpoint(self, job, count=1):
         self.server.wait_until(job, lambda now: self.server.checkpoints(job) >= count

@@ -12,7 +12,8 @@ import threading
 import time
 import unittest
 
-from harness import PATIENCE_S, Server, glb, job_body, tessera, triangle_document, triangle_glb
+from harness import (PATIENCE_S, glb, job_body, started, tessera, triangle_document, triangle_glb,
+                     wait_for)
 
 OPERATOR = "operator-key-0000"
 # Requests wait 20 s for memory or their turn before they are refused.
@@ -30,17 +31,13 @@ class SaturationTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server(*cls.FLAGS, key=OPERATOR).start()
-        cls.addClassCleanup(cls.server.close)
+        cls.server = started(cls, *cls.FLAGS, key=OPERATOR)
         cls.keys = {}
         for name in ("a", "b"):
             code, said, fault = tessera("keys", "add", name, "--data", cls.server.data)
             assert code == 0, fault
             cls.keys[name] = {"Authorization": "Bearer " + said.split()[-1]}
-        deadline = time.monotonic() + PATIENCE_S
-        while cls.server.get("/v1/jobs", cls.keys["b"]).status != 200:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
+        wait_for(lambda: cls.server.get("/v1/jobs", cls.keys["b"]).status == 200)
 
     def ask(self, name, method, path, body=None, timeout=PATIENCE_S, **headers):
         return self.server.request(method, path, body, self.keys[name] | headers, timeout=timeout)
@@ -207,7 +204,3 @@ class Memory(SaturationTest):
             except TimeoutError:
                 return
         self.fail("b does not use up the memory")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,7 +5,7 @@ import os
 import subprocess
 import time
 
-from harness import BINARY, PATIENCE_S, ApiTest, Server, job_body
+from harness import BINARY, PATIENCE_S, ApiTest, job_body, started
 
 
 def big(**members):
@@ -184,9 +184,7 @@ class SameBits(ApiTest):
         bodies = [job_body(samples=12, seed=5), job_body("veach-mis", samples=6),
                   job_body(samples=6, sampler={"type": "independent", "replicates": 4})]
         for threads in (1, 2, 7):
-            server = Server(threads=threads)
-            self.addCleanup(server.close)
-            server.start()
+            server = started(self, threads=threads)
             # together, so that their slices interleave
             jobs = [server.submit(body)["id"] for body in bodies]
             digests[threads] = [server.wait(job)["film_digest"] for job in jobs]

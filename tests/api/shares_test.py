@@ -2,7 +2,7 @@
 
 import unittest
 
-from harness import ApiTest, Server, job_body, png_pixels
+from harness import ApiTest, job_body, png_pixels, started
 
 BOUNCES = ["bounce:0", "bounce:1", "bounce:2", "bounce:3-"]
 
@@ -131,16 +131,10 @@ class Shares(ApiTest):
 
 class Restart(unittest.TestCase):
     def test_shares_survive_a_kill(self):
-        server = Server("--checkpoint", "0.3")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.3")
         calm = server.render(body(BOUNCES, 1024))
         job = server.submit(body(BOUNCES, 1024, name="killed"))["id"]
         server.wait_until(job, lambda now: now["progress"]["samples_per_pixel"]["max"] >= 64)
         server.kill()
         server.start(1)
         self.assertEqual(server.wait(job)["film_digest"], calm["film_digest"])
-
-
-if __name__ == "__main__":
-    unittest.main()

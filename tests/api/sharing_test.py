@@ -4,7 +4,8 @@ import threading
 import time
 import unittest
 
-from harness import ApiTest, Server, glb, job_body, tessera, triangle_document, triangle_glb
+from harness import (ApiTest, glb, job_body, started, tessera, triangle_document, triangle_glb,
+                     wait_for)
 
 OPERATOR = "operator-key-0000"
 
@@ -20,17 +21,13 @@ def crowd(count):
 
 class SharingTest(unittest.TestCase):
     def setUp(self):
-        self.server = Server(*self.flags, key=OPERATOR).start()
-        self.addCleanup(self.server.close)
+        self.server = started(self, *self.flags, key=OPERATOR)
         self.keys = {}
         for name in ("a", "b"):
             code, said, fault = tessera("keys", "add", name, "--data", self.server.data)
             self.assertEqual(code, 0, fault)
             self.keys[name] = {"Authorization": "Bearer " + said.split()[-1]}
-        deadline = time.monotonic() + 60
-        while self.server.get("/v1/jobs", self.keys["b"]).status != 200:
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.05)
+        wait_for(lambda: self.server.get("/v1/jobs", self.keys["b"]).status == 200, seconds=60)
 
     flags = ()
 
@@ -144,7 +141,3 @@ class TooLargeTest(ApiTest):
             self.assert_problem(refused, 413)
             self.assertRegex(refused.json()["detail"],
                              r"needs .* MB of memory; the limit .*--memory")
-
-
-if __name__ == "__main__":
-    unittest.main()

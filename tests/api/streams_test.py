@@ -8,7 +8,7 @@ import socket
 import statistics
 import time
 
-from harness import PATIENCE_S, ApiTest, EventStream, job_body
+from harness import PATIENCE_S, ApiTest, EventStream, job_body, wait_for
 
 STREAMS = 2048
 
@@ -62,10 +62,7 @@ class StreamMemory(MemoryTest):
                 stream = stack.enter_context(EventStream(self.server, job))
                 self.assertEqual(next(iter(stream)).name, "snapshot")
             self.assertEqual(self.memory() - before, 8 * 65536)
-        deadline = time.monotonic() + PATIENCE_S
-        while self.memory() != before:  # Clients that left are noticed within a second.
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.05)
+        wait_for(lambda: self.memory() == before)  # Clients that left are noticed within a second.
         self.server.post(f"/v1/jobs/{job}/cancel")
 
 

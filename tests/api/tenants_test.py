@@ -3,20 +3,11 @@
 import hashlib
 import json
 import os
-import time
 import unittest
 import uuid
 
-from harness import (
-    PATIENCE_S,
-    ApiTest,
-    EventStream,
-    Server,
-    hdr_image,
-    job_body,
-    tessera,
-    triangle_glb,
-)
+from harness import (ApiTest, EventStream, Server, hdr_image, job_body, tessera, triangle_glb,
+                     wait_for)
 
 OPERATOR = "operators-own"
 BYTES = {"Content-Type": "application/octet-stream"}
@@ -456,10 +447,8 @@ class KeysOverHttp(Tenants):
         cls.admin = add_key(cls.server, "admin", "--scope", "admin")
 
     def wait_for_status(self, key, status):
-        deadline = time.monotonic() + PATIENCE_S
-        while self.ask(key, "GET", "/v1/jobs").status != status:
-            self.assertLess(time.monotonic(), deadline, f"timed out waiting for {status}")
-            time.sleep(0.05)
+        wait_for(lambda: self.ask(key, "GET", "/v1/jobs").status == status,
+                 f"timed out waiting for {status}")
 
     def test_admin_creates_lists_and_removes_keys(self):
         self.wait_for_status(self.admin, 200)

@@ -1,7 +1,5 @@
 """Frames of a video: images of a batch, averaged along the motion with those beside them."""
 
-import unittest
-
 from batches_test import LONG, BatchTest, batch_body
 from harness import job_body
 
@@ -81,7 +79,3 @@ class VideoTest(BatchTest):
         self.assertIn("once all three have ended", self.image(first, "video", 409).json()["detail"])
         self.server.post(f"/v1/jobs/{second['id']}/cancel", None)
         self.image(first, "video")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,7 +2,6 @@
 
 import math
 import struct
-import unittest
 
 from harness import ApiTest, job_body
 from moving import moving_triangles
@@ -202,7 +201,3 @@ class Views(ApiTest):
         multi_part = 0x1000  # of the version field: the OpenEXR file layout
         self.assertEqual(struct.unpack_from("<I", whole, 4)[0] & multi_part, 0)
         self.assertEqual(struct.unpack_from("<I", parts, 4)[0] & multi_part, multi_part)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,7 +2,7 @@
 
 import unittest
 
-from harness import ApiTest, EventStream, JobsStream, Server, Stream, job_body, png_size
+from harness import ApiTest, EventStream, JobsStream, Stream, job_body, png_size, started
 
 
 class StreamFromTheStart(ApiTest):
@@ -145,9 +145,7 @@ class Watch(ApiTest):
 
 class WatchOverRestarts(unittest.TestCase):
     def test_ids_of_several_jobs_remain_valid_after_a_kill(self):
-        server = Server("--checkpoint", "0.3")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--checkpoint", "0.3")
         done = server.render(job_body())["id"]
         running = server.submit(job_body(samples=65536))["id"]
         with JobsStream(server, [done, running]) as stream:

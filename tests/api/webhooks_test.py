@@ -12,7 +12,7 @@ import threading
 import time
 import unittest
 
-from harness import PATIENCE_S, ApiTest, Server, job_body, tessera
+from harness import PATIENCE_S, ApiTest, Server, job_body, started, tessera
 
 SECRET = base64.b64encode(b"a secret of 24 bytes ok!").decode()
 
@@ -318,9 +318,7 @@ class WebhooksAfterAKill(unittest.TestCase):
     def test_pending_call_is_made_after_a_kill(self):
         receiver = Receiver()
         self.addCleanup(receiver.close)
-        server = Server("--webhook-private")
-        self.addCleanup(server.close)
-        server.start()
+        server = started(self, "--webhook-private")
         receiver.statuses.put(500)
         job = server.render(job_body(webhook={"url": receiver.url}))["id"]
         first = receiver.next()

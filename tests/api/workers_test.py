@@ -27,7 +27,7 @@ from farm import (
     request_report,
     sealed,
 )
-from harness import BINARY, PATIENCE_S, Server, job_body, tessera, triangle_glb
+from harness import BINARY, PATIENCE_S, Server, job_body, started, tessera, triangle_glb, wait_for
 from moving import moving_triangles
 
 # Long enough to be interrupted: .6 s of one fast thread.
@@ -159,8 +159,7 @@ class WorkersTest(FarmTest):
             job = server.render(body)
             return server.get(f"/v1/jobs/{job['id']}/meter").json()
 
-        alone = Server().start()
-        self.addCleanup(alone.close)
+        alone = started(self)
         farm = self.farm(workers=1)
         result = measured(farm.server)
         self.assertTrue(any(point["illuminance_lux"] for point in result["points"]), result)
@@ -591,10 +590,8 @@ class KillTest(FarmTest):
         farm.server.start()
         self.check_film(farm, job["id"], body)
         self.assertGreater(sum(w["units"] for w in workers().values()), 0, "for the new one")
-        deadline = time.monotonic() + PATIENCE_S
-        while not before <= set(workers()):  # One may report after the other has rendered all.
-            self.assertLess(time.monotonic(), deadline, workers())
-            time.sleep(0.05)
+        # One may report after the other has rendered all.
+        wait_for(lambda: before <= set(workers()), workers)
 
     def test_unit_that_kills_three_workers_fails_its_job(self):
         farm = self.farm(lease=0.5)
@@ -831,10 +828,8 @@ class RefusedTest(FarmTest):
         code, text, fault = tessera("keys", "add", "user", "--data", farm.server.data)
         self.assertEqual(code, 0, fault)
         user = {"Authorization": "Bearer " + text.split()[-1]}
-        deadline = time.monotonic() + PATIENCE_S
-        while farm.server.request("GET", "/v1/server", headers=user).status == 401:
-            self.assertLess(time.monotonic(), deadline, "the new keys are not accepted")
-            time.sleep(0.05)
+        wait_for(lambda: farm.server.request("GET", "/v1/server", headers=user).status != 401,
+                 "the new keys are not accepted")
         job = farm.server.submit(job_body(samples=8))
         farm.add_worker(key=key)
         self.assertEqual(farm.server.wait(job["id"])["state"], "finished")
@@ -926,8 +921,7 @@ class RefusedTest(FarmTest):
                 listener.shutdown(socket.SHUT_RDWR)
 
     def test_without_a_queue_there_are_no_workers(self):
-        server = Server().start()
-        self.addCleanup(server.close)
+        server = started(self)
         self.assertEqual(server.get("/v1/workers").json(), {"workers": []})
         report = {"build": "x", "arithmetic": "y"}
         self.assertEqual(server.request("PUT", "/v1/workers/w", report).status, 409)
@@ -935,8 +929,7 @@ class RefusedTest(FarmTest):
 
     def test_waits_for_a_queue_that_is_not_ready_yet(self):
         port = free_port()
-        server = Server("--queue", f"nats://127.0.0.1:{port}", "--render-threads", "1").start()
-        self.addCleanup(server.close)
+        server = started(self, "--queue", f"nats://127.0.0.1:{port}", "--render-threads", "1")
         body = job_body(samples=8)
         self.assertEqual(server.render(body)["film_digest"], SingleProcess.digest(body))
 
@@ -954,7 +947,3 @@ class StressTest(unittest.TestCase):
             [sys.executable, stress, "--rounds", "2", "--seed", "1", "--samples", "32", BINARY],
             capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,7 +7,7 @@
 #include "core/base/check.h"
 #include "core/integrators/registry.h"
 #include "tests/bench/named_view.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace bench {

@@ -3,48 +3,47 @@ target_link_libraries(core_bench PRIVATE test_support core tessera_lto)
 
 # Seconds and bytes per triangle of large glTF files.
 if(TARGET core_scene_io AND TARGET core_image_io)
-  add_executable(load_bench bench/load_bench.cpp render/asset_files.cpp)
-  target_link_libraries(load_bench PRIVATE test_support core_scene_io core_image_io core)
+  add_executable(load_bench bench/load_bench.cpp)
+  target_link_libraries(load_bench PRIVATE test_assets)
 
   # Gain of each option of the estimators; scaling of light samplers.
-  add_executable(options_bench bench/options_bench.cpp bench/named_view.cpp bench/bench_views.cpp
-    render/asset_files.cpp)
-  target_link_libraries(options_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+  add_executable(options_bench bench/options_bench.cpp bench/named_view.cpp bench/bench_views.cpp)
+  target_link_libraries(options_bench PRIVATE test_assets tessera_lto)
 
   # Every integrator at equal time.
   add_executable(integrators_bench bench/integrators_bench.cpp bench/named_view.cpp
-    bench/bench_views.cpp render/asset_files.cpp)
-  target_link_libraries(integrators_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+    bench/bench_views.cpp)
+  target_link_libraries(integrators_bench PRIVATE test_assets tessera_lto)
 endif()
 
 # 1/(V T) of adaptive sampling over the built-in scenes.
 if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(adaptive_bench bench/adaptive_bench.cpp bench/bench_views.cpp)
-  target_link_libraries(adaptive_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+  target_link_libraries(adaptive_bench PRIVATE test_assets tessera_lto)
 
   # Checks whether error targets are met.
   add_executable(targets_bench bench/targets_bench.cpp bench/asset_groups.cpp
-    bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
-  target_link_libraries(targets_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+    bench/bench_views.cpp bench/named_view.cpp)
+  target_link_libraries(targets_bench PRIVATE test_assets tessera_lto)
 
   # Checks the coverage of intervals of single pixels.
   add_executable(coverage_bench bench/coverage_bench.cpp bench/coverage_assets.cpp
-    bench/asset_groups.cpp bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
-  target_link_libraries(coverage_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+    bench/asset_groups.cpp bench/bench_views.cpp bench/named_view.cpp)
+  target_link_libraries(coverage_bench PRIVATE test_assets tessera_lto)
 
   # Gain of denoising, and coverage of its error intervals.
   add_executable(denoise_bench bench/denoise_bench.cpp bench/asset_groups.cpp
-    bench/bench_views.cpp bench/named_view.cpp render/asset_files.cpp)
-  target_link_libraries(denoise_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+    bench/bench_views.cpp bench/named_view.cpp)
+  target_link_libraries(denoise_bench PRIVATE test_assets tessera_lto)
 
   # Flicker of denoised frames, alone and in series.
-  add_executable(flicker_bench bench/flicker_bench.cpp render/asset_files.cpp)
-  target_link_libraries(flicker_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+  add_executable(flicker_bench bench/flicker_bench.cpp)
+  target_link_libraries(flicker_bench PRIVATE test_assets tessera_lto)
 
   # Mixed images beside denoised and plain ones, and FLIP beside the error.
   add_executable(mixed_bench bench/mixed_bench.cpp bench/asset_groups.cpp bench/bench_views.cpp
-    bench/named_view.cpp render/asset_files.cpp)
-  target_link_libraries(mixed_bench PRIVATE test_support core_scene_io core_image_io core tessera_lto)
+    bench/named_view.cpp)
+  target_link_libraries(mixed_bench PRIVATE test_assets tessera_lto)
 endif()
 
 # Coverage of the meter's intervals.
@@ -54,24 +53,20 @@ target_link_libraries(meter_bench PRIVATE test_support core tessera_lto)
 # One render for callgrind.
 if(TARGET core_scene_io AND TARGET core_image_io)
   add_executable(instructions_bench bench/instructions_bench.cpp bench/named_view.cpp
-    bench/bench_views.cpp render/asset_files.cpp)
-  target_link_libraries(instructions_bench PRIVATE test_support core_scene_io core_image_io core
-    tessera_lto)
+    bench/bench_views.cpp)
+  target_link_libraries(instructions_bench PRIVATE test_assets tessera_lto)
 endif()
 
 # Speedup over threads: of this machine, and simulated.
 if(TARGET core_scene_io AND TARGET core_image_io)
-  add_executable(scaling_bench bench/scaling_bench.cpp bench/named_view.cpp bench/bench_views.cpp
-    render/asset_files.cpp)
-  target_link_libraries(scaling_bench PRIVATE test_support core_scene_io core_image_io core
-    tessera_lto)
+  add_executable(scaling_bench bench/scaling_bench.cpp bench/named_view.cpp bench/bench_views.cpp)
+  target_link_libraries(scaling_bench PRIVATE test_assets tessera_lto)
 endif()
 
 # Memory of a film, a wave and scenes, by parts.
 if(TARGET core_scene_io AND TARGET core_image_io)
-  add_executable(memory_bench bench/memory_bench.cpp bench/hall.cpp render/asset_files.cpp)
-  target_link_libraries(memory_bench PRIVATE test_support core_scene_io core_image_io core
-    tessera_lto)
+  add_executable(memory_bench bench/memory_bench.cpp bench/hall.cpp)
+  target_link_libraries(memory_bench PRIVATE test_assets tessera_lto)
 endif()
 
 # Throughput of small requests.

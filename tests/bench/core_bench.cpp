@@ -62,7 +62,7 @@ double peak_mb() {
 }
 
 core::View cornell_view(int side) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), side, side);
+  core::View view = test_support::view_of(test_support::cornell(), side, side);
   test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 39);
   view.settings.max_depth = 9;
   return view;

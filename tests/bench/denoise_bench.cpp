@@ -23,7 +23,7 @@
 #include "core/render/picture/feature_pass.h"
 #include "tests/bench/asset_groups.h"
 #include "tests/bench/bench_views.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/errors.h"
 #include "tests/support/scenes.h"
 

@@ -20,7 +20,7 @@
 #include "core/denoise/statistical.h"
 #include "core/render/picture/feature_pass.h"
 #include "core/render/picture/match_pass.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace {

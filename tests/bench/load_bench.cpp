@@ -11,7 +11,7 @@
 
 #include "core/base/check.h"
 #include "core/scene_io/glb_writer.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace {

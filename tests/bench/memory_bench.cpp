@@ -17,7 +17,7 @@
 #include "core/scene/scene_data.h"
 #include "core/wave/wave.h"
 #include "tests/bench/hall.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 
 namespace {
 

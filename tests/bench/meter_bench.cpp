@@ -3,10 +3,8 @@
 // long measurements. `unseen`: readings marked because light that no path has found may be more
 // than a quarter; the others are marked by their randomisations. Prints, never asserts.
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,13 +20,6 @@ namespace {
 
 constexpr int kReferencePaths = 16384;  ///< a randomisation
 
-class NullSink final : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
 struct Probe {
   const char* name;
   core::Vec3 at;
@@ -40,7 +31,7 @@ struct Scene {
 };
 
 core::View in_box(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 1, 1);
+  core::View view = test_support::view_of(std::move(scene), 1, 1);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 6;
   return view;
@@ -48,10 +39,7 @@ core::View in_box(core::SceneDescription scene) {
 
 core::SceneDescription mirror_room() {
   core::SceneDescription scene = test_support::cornell();
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
-  scene.materials.push_back(mirror);
+  scene.materials.push_back(test_support::mirror());
   scene.meshes[0].primitives.push_back(test_support::sphere(
       {0.7F, 0.45F, 0.65F}, 0.14F, 24, false, static_cast<int>(scene.materials.size()) - 1));
   return scene;
@@ -75,14 +63,7 @@ std::vector<Scene> scenes() {
 std::vector<core::MeterReading> measured(core::View view, int paths, std::uint64_t seed,
                                          int threads) {
   view.settings.seed = seed;
-  const auto renderer = test_support::settled_renderer(view);
-  CHECK(renderer);
-  const auto film = core::make_film(view.settings);
-  NullSink sink;
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = paths;
-  core::RenderTask task(*renderer, film, options, sink);
-  core::run_to_end(task, threads);
+  const auto film = test_support::render(view, paths, threads).film;
   return core::meter_readings(core::meter_points(view.settings.meter), film->meter(),
                               core::unsampled_path_light(view));
 }

@@ -5,7 +5,7 @@
 
 #include "core/base/check.h"
 #include "tests/bench/bench_views.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace bench {

@@ -138,9 +138,8 @@ View swarm(int emitters, const Plan& plan) {
     }
   }
   View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(30))},
-          {test_support::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0), lights})),
+      test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(30))},
+                             {test_support::quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}, 0), lights}),
       plan.width, plan.height);
   test_support::look_at(view, {0, 0.5F, 0.5F}, {0, 0, 0}, 50);
   view.settings.max_depth = 3;
@@ -158,11 +157,11 @@ View dispersive_ball(float roughness, const Plan& plan) {
   flint.ior = 1.7847F;
   flint.dispersion = 20 / 25.76F;
   View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert(Rgb(0.7F)), flint, test_support::emitter(Rgb(10))},
           {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
            test_support::sphere({0, 0.6F, 0}, 0.6F, 64, false, 1),
-           test_support::quad({1, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 2)})),
+           test_support::quad({1, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 2)}),
       plan.width, plan.height);
   test_support::look_at(view, {0, 1.2F, 3}, {0, 0.5F, 0}, 35);
   view.environment = test_support::constant_sky(Rgb(0.2F));

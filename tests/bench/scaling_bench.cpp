@@ -29,25 +29,19 @@
 #include "core/render/task/settle.h"
 #include "core/render/units/slice_work.h"
 #include "tests/bench/named_view.h"
+#include "tests/support/tasks.h"
 
 namespace {
-
-struct NullSink final : core::RenderSink {
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
 
 /// A separate job for every run.
 struct Job {
   Job(std::shared_ptr<const core::Renderer> renderer, int samples)
       : film(core::make_film(renderer->view().settings)) {
-    core::TaskOptions options;
-    options.stop.samples_per_pixel = samples;
+    const core::TaskOptions options = test_support::samples(samples);
     slice_seconds = options.slice_target_seconds;
     task = std::make_unique<core::RenderTask>(std::move(renderer), film, options, sink);
   }
-  NullSink sink;
+  core::NullSink sink;
   std::shared_ptr<core::Film> film;
   double slice_seconds;
   std::unique_ptr<core::RenderTask> task;

@@ -3,7 +3,6 @@
 // target; fraction flagged as unreliable. On ten glTF files under two maps, or on built-in scenes.
 // Prints, never asserts.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>

@@ -1,7 +1,6 @@
 // Any bytes as a job request: no crash, and accepted requests round-trip without warnings.
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <string_view>
 
 #include "api/job/job_spec.h"

@@ -11,14 +11,13 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from types import SimpleNamespace as Having
 
 import numpy as np
 import OpenEXR
 import tomllib
-from harness import PATIENCE_S, triangle_glb
+from harness import PATIENCE_S, triangle_glb, wait_for
 from support import REPOSITORY, ServerTest
 
 HOME = pathlib.Path(REPOSITORY) / "clients/blender"
@@ -208,12 +207,6 @@ class PreviewProcess(ServerTest):
                             "film": {"width": width, "height": 16},
                             "stop": {"samples_per_pixel": 4}})
 
-    def wait_for(self, condition):
-        end = time.monotonic() + PATIENCE_S
-        while not condition():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.05)
-
     def corner(self, width):
         """The colour of the lower left pixel, of an image of this width; empty before."""
         path = self.folder / preview_process.IMAGE
@@ -225,11 +218,11 @@ class PreviewProcess(ServerTest):
         scene.write_bytes(triangle_glb())
         self.ask(24, [0.5, 0.25, 1.0])  # waits for a document
         self.order(document=str(scene))
-        self.wait_for(lambda: self.corner(24) == [0.5, 0.25, 1.0, 1.0])
+        wait_for(lambda: self.corner(24) == [0.5, 0.25, 1.0, 1.0])
         self.ask(32, [0.25, 1.0, 0.5])
-        self.wait_for(lambda: self.corner(32) == [0.25, 1.0, 0.5, 1.0])
+        wait_for(lambda: self.corner(32) == [0.25, 1.0, 0.5, 1.0])
         status = self.folder / preview_process.STATUS
-        self.wait_for(lambda: status.exists() and "error" in status.read_text())
+        wait_for(lambda: status.exists() and "error" in status.read_text())
         self.process.stdin.close()
         self.assertEqual(self.process.wait(PATIENCE_S), 0)
 
@@ -239,7 +232,7 @@ class PreviewProcess(ServerTest):
         self.ask(24, [1.0, 1.0, 1.0])
         self.order(document=str(scene))
         status = self.folder / preview_process.STATUS
-        self.wait_for(status.exists)
+        wait_for(status.exists)
         self.assertIn("asset", status.read_text())
 
 

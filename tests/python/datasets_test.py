@@ -150,7 +150,3 @@ class Datasets(unittest.TestCase):
         with tempfile.TemporaryDirectory() as place:
             folder = CocoFolder(place, lambda s: None if s.id == 7 else "seat")
             self.assertEqual([s.id for s in folder.add("a", b"", IDS, OBJECTS)], [300])
-
-
-if __name__ == "__main__":
-    unittest.main()

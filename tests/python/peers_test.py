@@ -311,7 +311,3 @@ class Reports(unittest.TestCase):
     def test_numbers_are_short(self):
         self.assertEqual([report.short(v) for v in (0, 0.00123, 12.34, 1234567, 1.234e-6, None)],
                          ["0", "0.00123", "12.3", "1.23M", "1.23e-06", "-"])
-
-
-if __name__ == "__main__":
-    unittest.main()

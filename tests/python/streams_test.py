@@ -6,7 +6,7 @@ import unittest
 from unittest import mock
 
 import numpy as np
-from harness import Server
+from harness import started
 from support import FAST, Relay, ServerTest
 
 import tessera_render
@@ -119,8 +119,7 @@ class Lines(ServerTest):
 
 class Restarts(unittest.TestCase):
     def setUp(self):
-        self.server = Server().start()
-        self.addCleanup(self.server.close)
+        self.server = started(self)
         self.relay = Relay(self.server.port)
         self.addCleanup(self.relay.close)
         self.address = f"http://127.0.0.1:{self.relay.port}"

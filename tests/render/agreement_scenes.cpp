@@ -18,7 +18,7 @@ MaterialDescription dielectric(float roughness, Rgb base_color) {
   return m;
 }
 
-MaterialDescription glass(float roughness) {
+MaterialDescription rough_glass(float roughness) {
   MaterialDescription m = dielectric(roughness, Rgb(1));
   m.transmission = 1;
   m.thickness = 1;
@@ -30,7 +30,7 @@ core::PrimitiveDescription floor_of(int material) {
 }
 
 core::View view_at(core::SceneDescription scene, int side) {
-  core::View view = view_of(build(std::move(scene)), side, side);
+  core::View view = view_of(std::move(scene), side, side);
   look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
   view.settings.max_depth = 4;
   return view;
@@ -39,7 +39,7 @@ core::View view_at(core::SceneDescription scene, int side) {
 }  // namespace
 
 core::View box(int side) {
-  core::View view = view_of(build(cornell()), side, side);
+  core::View view = view_of(cornell(), side, side);
   look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 4;
   return view;
@@ -70,7 +70,7 @@ core::View zoo(int side) {
   MaterialDescription lamp = emitter(Rgb(4));
   lamp.double_sided = true;
   core::SceneDescription scene =
-      scene_of({dielectric(0.4F, {0.2F, 0.5F, 0.8F}), metal, glass(0.5F), lamp},
+      scene_of({dielectric(0.4F, {0.2F, 0.5F, 0.8F}), metal, rough_glass(0.5F), lamp},
                {floor_of(0), sphere({-0.9F, 0.6F, 0}, 0.6F, 12, false, 1),
                 sphere({0.6F, 0.6F, 0.5F}, 0.6F, 12, false, 2),
                 quad({-1, 2, -1.5F}, {2, 0, 0}, {0, 1, 0}, 3)});
@@ -99,7 +99,7 @@ core::View pane(int side) {
 
 core::View instances(int side) {
   core::SceneDescription scene = scene_of({lambert({0.6F, 0.5F, 0.4F})}, {floor_of(0)});
-  scene.materials.push_back(glass(0));
+  scene.materials.push_back(rough_glass(0));
   scene.materials.push_back(lambert({0.3F, 0.6F, 0.8F}));
   scene.meshes.resize(3);
   scene.meshes[1].primitives = {sphere({0, 0, 0}, 0.3F, 8, false, 1)};
@@ -122,7 +122,7 @@ core::View instances(int side) {
 
 core::View prisms(int side) {
   const auto flint = [](float roughness) {
-    MaterialDescription m = glass(roughness);
+    MaterialDescription m = rough_glass(roughness);
     m.ior = 1.7F;
     m.dispersion = 1;
     return m;

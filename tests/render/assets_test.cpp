@@ -3,13 +3,12 @@
 // TESSERA_ASSETS names another one.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include "tests/render/asset_files.h"
 #include "tests/render/gltf_stage.h"
+#include "tests/support/asset_files.h"
 
 namespace {
 
@@ -44,7 +43,7 @@ constexpr int kWidth = 96;
 constexpr int kHeight = 72;
 
 core::View view_of(core::SceneDescription scene, std::shared_ptr<const core::Environment> sky) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kWidth, kHeight);
+  core::View view = test_support::view_of(std::move(scene), kWidth, kHeight);
   view.environment = std::move(sky);
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
   return view;

@@ -21,7 +21,7 @@ using test_support::plus;
 constexpr int kSide = 16;
 
 core::View of(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = 3;
   view.settings.estimator.roulette = core::RouletteType::kNone;
@@ -101,10 +101,8 @@ TEST(BdptMedia, DetectsFivePercentMoreScattering) {
 TEST(BdptMedia, LosslessMilkIsInvisible) {
   for (const float ior : {1.0F, 1.3F}) {
     core::MaterialDescription m = milk(1, 0.5F, 0.4F, ior);
-    core::View view =
-        test_support::view_of(test_support::build(test_support::scene_of(
-                                  {m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
-                              12, 12);
+    core::View view = test_support::view_of(
+        test_support::scene_of({m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 12, 12);
     test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 64;

@@ -70,9 +70,6 @@ std::vector<Subject> subjects() {
   glass.roughness = 0.2F;
   glass.transmission = 1;
   glass.thickness = 1;
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   std::vector<Subject> out = {
       {"glossy",
        scene_of({gold, coated}, {sphere({0.8F, 0.7F, 0}, 0.7F, 12, false, 0),
@@ -80,7 +77,7 @@ std::vector<Subject> subjects() {
        sky()},
       {"glass", scene_of({glass}, {sphere({0, 1, 0}, 1, 12, false, 0)}), sky()},
       {"lamp",
-       scene_of({emitter({3, 2, 1}), mirror},
+       scene_of({emitter({3, 2, 1}), test_support::mirror()},
                 {sphere({0.3F, 0.5F, 0.6F}, 0.25F, 8, false, 0),
                  quad({-1.2F, 0.1F, -0.8F}, {2.4F, 0, 0}, {0, 1.8F, 0}, 1)}),
        nullptr}};
@@ -92,7 +89,7 @@ std::vector<Subject> subjects() {
 core::View view_of(core::SceneDescription scene, GroundType kind, float reflection) {
   core::GroundSettings ground = {GroundType::kCatcher, 0.0F, kGroundColor, reflection, {}};
   core::add_ground(scene, ground);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   test_support::look_at(view, {0.5F, 7, 5}, {0, 0.5F, 0}, 50);
   view.environment = sky();
   ground.type = kind;

@@ -9,7 +9,7 @@
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/settings/sample_sets.h"
-#include "tests/support/scenes.h"
+#include "tests/support/caustic.h"
 
 namespace {
 
@@ -77,7 +77,7 @@ TEST(BestOfPilots, LacksNoLightIfAnotherHasIt) {
 
 core::View automatic(const char* scene) {
   auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
-  core::View view = test_support::view_of(test_support::build(*std::move(description)), 48, 27);
+  core::View view = test_support::view_of(*std::move(description), 48, 27);
   view.settings.integrator = "auto";
   return view;
 }
@@ -85,20 +85,7 @@ core::View automatic(const char* scene) {
 /// A small emitter above a ball of clear glass: paths from the camera find its caustic only by
 /// chance.
 core::View caustic() {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(1200))},
-          {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
-           test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
-           test_support::quad({-0.05F, 2, -0.05F}, {0.1F, 0, 0}, {0, 0, 0.1F}, 2)})),
-      48, 48);
-  test_support::look_at(view, {0, 1.2F, 3}, {0, 0.4F, 0}, 40);
-  view.settings.max_depth = 6;
+  core::View view = test_support::caustic(0.1F, 1200);
   view.settings.integrator = "auto";
   return view;
 }
@@ -149,20 +136,12 @@ TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
 /// A dim sky, and a horizontal sun that a mirror at 45 degrees folds down onto a floor: paths from
 /// the camera, which looks at the floor from below the mirror, cannot reach the sun.
 core::View folded_sun() {
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   core::SceneDescription scene = test_support::scene_of(
-      {test_support::lambert(Rgb(0.6F)), mirror},
+      {test_support::lambert(Rgb(0.6F)), test_support::mirror()},
       {test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0),
        test_support::quad({-0.95F, 3.15F, 0.5F}, {0, 0, -1}, {1.9F, -1.9F, 0}, 1)});
-  core::PunctualLightDescription sun;
-  sun.type = core::PunctualType::kDirectional;
-  sun.to_world.x = {0, 0, 1};  // emits along -z of its own frame
-  sun.to_world.y = {0, 1, 0};
-  sun.to_world.z = {-1, 0, 0};
-  scene.lights.push_back(sun);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 48, 48);
+  scene.lights.push_back(test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}));
+  core::View view = test_support::view_of(std::move(scene), 48, 48);
   view.environment = test_support::constant_sky(Rgb(0.1F));
   test_support::look_at(view, {0, 1, 0.1F}, {0, 0, 0}, 20);
   view.settings.max_depth = 4;
@@ -218,7 +197,7 @@ TEST(ChooseIntegrator, DoesNotDependOnSeedCropOrReplicates) {
 TEST(ChooseIntegrator, ChoosesAnIntegratorThatSupportsTheScene) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.1F;
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  core::View view = test_support::view_of(std::move(scene), 40, 40);
   view.settings.integrator = "auto";
   EXPECT_EQ(core::choose_integrator(view, false)->reason, "'path', since the scene has dispersion");
   view = automatic("cornell-box");

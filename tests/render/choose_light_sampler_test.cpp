@@ -18,7 +18,7 @@ using core::LightSamplerType;
 
 core::View view_of(const char* scene, LightSamplerType type) {
   auto description = core::load_gltf(core::find_builtin_scene(scene)->make_glb(), {}, {});
-  core::View view = test_support::view_of(test_support::build(*std::move(description)), 64, 36);
+  core::View view = test_support::view_of(*std::move(description), 64, 36);
   view.settings.light_sampler = type;
   return view;
 }

@@ -5,14 +5,13 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/image_io/image_io.h"
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
 namespace {

@@ -9,7 +9,6 @@ namespace {
 
 using core::ControlVariateType;
 using core::Rgb;
-using core::Vec3;
 using core::View;
 using test_support::Moments;
 using test_support::Picture;
@@ -25,10 +24,9 @@ View meter(const core::MaterialDescription& floor, bool wall, bool two_sided = f
   if (wall) {
     things.push_back(test_support::quad({0, 0.5F, -1}, {1, 0, 0}, {0, 0, 2}, 2));
   }
-  View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {floor, lamp, test_support::lambert(Rgb(0))}, std::move(things))),
-                            16, 16);
+  View view = test_support::view_of(
+      test_support::scene_of({floor, lamp, test_support::lambert(Rgb(0))}, std::move(things)), 16,
+      16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
   return view;

@@ -139,7 +139,7 @@ std::vector<Emitter> emitters() {
 
 /// Looks at the middle of the floor only.
 core::View middle(SceneDescription scene, std::string_view integrator) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 8, 8);
+  core::View view = test_support::view_of(std::move(scene), 8, 8);
   const core::FilmSettings film = view.settings.film;
   view.settings = core::default_settings(integrator);
   view.settings.film = film;
@@ -217,8 +217,8 @@ TEST(Emitters, ACoatDarkensTheEmissionBelowItTowardsTheViewer) {
     MaterialDescription m = test_support::emitter(Rgb(1));
     m.base_color = Rgb(0);
     m.clearcoat = 1;
-    core::View view = test_support::view_of(
-        test_support::build(test_support::scene_of({m}, {test_support::patch()})), 4, 4);
+    core::View view =
+        test_support::view_of(test_support::scene_of({m}, {test_support::patch()}), 4, 4);
     const double angle = degrees * std::numbers::pi / 180;
     test_support::look_at(
         view, {3 * static_cast<float>(std::sin(angle)), 0, 3 * static_cast<float>(std::cos(angle))},

@@ -4,7 +4,6 @@
 // irradiance_test.cpp, which cover all options, compare whole images with plain path tracing and
 // with closed forms.
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "core/integrators/integrator.h"
@@ -22,7 +21,6 @@ using core::PathSample;
 using core::ReplicateFit;
 using core::Rgb;
 using core::SamplerType;
-using core::Vec3;
 using core::View;
 using test_support::Moments;
 using test_support::Picture;
@@ -58,9 +56,8 @@ View meter(const core::MaterialDescription& floor, const core::PrimitiveDescript
       test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0), lamp};
   things.insert(things.end(), before.begin(), before.end());
   View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {floor, test_support::emitter(Rgb(1)), test_support::lambert(Rgb(0))},
-          std::move(things))),
+      test_support::scene_of({floor, test_support::emitter(Rgb(1)), test_support::lambert(Rgb(0))},
+                             std::move(things)),
       16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
@@ -97,10 +94,7 @@ View zoo() {
   pane.alpha_mode = core::AlphaMode::kBlend;
   pane.base_alpha = 0.5F;
   pane.double_sided = true;
-  core::MaterialDescription clear;
-  clear.metallic = 0;
-  clear.roughness = 0;
-  clear.transmission = 1;
+  core::MaterialDescription clear = test_support::glass(1.5F, 0);
   clear.double_sided = true;
   core::SceneDescription scene =
       test_support::scene_of({plastic, glass, lamp, pane, clear},
@@ -113,7 +107,7 @@ View zoo() {
   point.intensity = {2, 1, 1};
   point.to_world = core::translation({1.5F, 2, 1.5F});
   scene.lights.push_back(point);
-  View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  View view = test_support::view_of(std::move(scene), 32, 32);
   test_support::look_at(view, {0, 1.6F, 4}, {0, 0.7F, 0}, 45);
   view.environment = test_support::sky_map(16, 8, [](int x, int y) {
     return y == 2 && x < 4 ? Rgb(0) : Rgb(0.2F + 0.1F * static_cast<float>((x + y) % 3));
@@ -317,11 +311,10 @@ double error_of(const View& view, double truth, int samples) {
 // Only the first samples of each replicate do not know it yet: 4 of 128, and a few more that know
 // it poorly. The sky is a map: a constant sky is sampled by the cosine, without noise for all.
 TEST(Fitted, OptimalWeightsFindTheCombinationWithoutNoise) {
-  View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {test_support::lambert(Rgb(1))},
-                                {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
-                            16, 16);
+  View view = test_support::view_of(
+      test_support::scene_of({test_support::lambert(Rgb(1))},
+                             {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)}),
+      16, 16);
   test_support::look_at(view, {-0.3F, 0.2F, 0.25F}, {0, 0, 0}, 0.001F);
   view.environment = test_support::sky_map(4, 2, [](int, int) { return Rgb(1); });
   view.settings.max_depth = 1;

@@ -7,14 +7,12 @@
 namespace {
 
 using core::Rgb;
-using core::Vec3;
 using test_support::expect_truth;
 
 core::View inside_sphere(const core::MaterialDescription& material, int stacks = 8) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {material}, {test_support::sphere({0, 0, 0}, 1, stacks, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, stacks, true, 0)}), 24,
+      24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   return view;
 }
@@ -69,9 +67,9 @@ TEST(ClosedSphere, GlassWithHolesDoesNotChangeTheRadiance) {
   glass.alpha_mode = core::AlphaMode::kBlend;
   glass.base_alpha = 0.5F;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {grey_lamp(), glass}, {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
-                                 test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)})),
+      test_support::scene_of({grey_lamp(), glass},
+                             {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
+                              test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)}),
       12, 12);
   test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
   view.settings.max_depth = 64;
@@ -125,8 +123,7 @@ std::vector<Lossless> lossless() {
 TEST(WhiteFurnace, LosslessBallsAreInvisible) {
   for (const Lossless& l : lossless()) {
     core::View view = test_support::view_of(
-        test_support::build(test_support::scene_of(
-            {l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
+        test_support::scene_of({l.material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}),
         20, 20);
     test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the image
     view.environment = test_support::constant_sky({1, 1, 1});
@@ -159,12 +156,11 @@ TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
   core::MaterialDescription m;
   m.metallic = 0;
   m.roughness = 0.7F;
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {test_support::lambert(Rgb(1)), m},
-                                {test_support::sphere({0, 0, 0}, 1, 16, false, 1),
-                                 test_support::quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, 0)})),
-                            20, 20);
+  core::View view = test_support::view_of(
+      test_support::scene_of({test_support::lambert(Rgb(1)), m},
+                             {test_support::sphere({0, 0, 0}, 1, 16, false, 1),
+                              test_support::quad({-9, -1, 9}, {18, 0, 0}, {0, 0, -18}, 0)}),
+      20, 20);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 128;
@@ -179,16 +175,10 @@ TEST(WhiteFurnace, HoldsForEveryOptionOfTheRegistries) {
 
 // Truth 9: radiance in glass is n^2 that of air.
 TEST(GlassSphere, RadianceOfTheSkyInGlassIsNSquaredTimesThatInAir) {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  glass.ior = 1.5F;
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {glass}, {test_support::sphere({0, 0, 0}, 1, 32, false, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({test_support::glass()},
+                             {test_support::sphere({0, 0, 0}, 1, 32, false, 0)}),
+      24, 24);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 60);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 256;

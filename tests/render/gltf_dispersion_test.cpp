@@ -17,21 +17,12 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
+using test_support::glass;
 using test_support::Picture;
 using test_support::pixel;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSigmas = 4.5;
-
-core::MaterialDescription glass(float ior, float thickness) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.ior = ior;
-  m.thickness = thickness;
-  return m;
-}
 
 double fresnel(double cos_i, double eta) {
   const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));
@@ -294,7 +285,7 @@ Picture slab_under_white_sky(const core::MaterialDescription& m, bool is_spectra
       {m}, {test_support::quad({-kHalf, 0, kHalf}, {2 * kHalf, 0, 0}, {0, 0, -2 * kHalf}, 0),
             test_support::quad({-kHalf, -1, -kHalf}, {2 * kHalf, 0, 0}, {0, 0, 2 * kHalf}, 0)});
   scene = test_support::load(core::write_glb(scene));
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 8, 8);
+  core::View view = test_support::view_of(std::move(scene), 8, 8);
   test_support::look_at(view, {0, 5, 5}, {0, 0, 0}, 10);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 64;

@@ -1,7 +1,6 @@
 // Transmission and volume in glTF: transmitted fractions and absorbed colours. The false alarm rate
 // of each z-test is that of 4.5 standard deviations, 7e-6.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -13,22 +12,12 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
+using test_support::glass;
 using test_support::Picture;
 using test_support::pixel;
-using test_support::Shot;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSigmas = 4.5;
-
-core::MaterialDescription glass(float ior, float thickness) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.ior = ior;
-  m.thickness = thickness;
-  return m;
-}
 
 void expect_mean(const Picture& picture, const double (&expected)[3], const char* what) {
   for (int c = 0; c < 3; ++c) {
@@ -122,7 +111,7 @@ TEST(GltfGlass, EveryStrategyCountsLightThroughAWindowOnce) {
   for (const core::Strategy strategy :
        {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
     for (const bool doubled : {false, true}) {  // the planted fault: a sky of 1.03 must be detected
-      core::View view = test_support::view_of(test_support::build(scene), 8, 8);
+      core::View view = test_support::view_of(scene, 8, 8);
       view.environment = test_support::constant_sky(Rgb(doubled ? 1.03F : 1.0F));
       view.settings.max_depth = 1;
       view.settings.estimator.strategy = strategy;
@@ -147,7 +136,7 @@ TEST(GltfGlass, ThinWallsReflectWithBothFaces) {
       m.base_color = Rgb(static_cast<float>(c));
       core::SceneDescription scene = test_support::stage(m);
       scene.lights.push_back(test_support::sun(test_support::towards(degrees), {1, 1, 1}));
-      core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+      core::View view = test_support::view_of(std::move(scene), 4, 4);
       test_support::look_at(view, test_support::towards(degrees, 180) * 50.0F, {0, 0, 0}, 0.01F);
       view.settings.max_depth = 1;
       const double seen = static_cast<double>(test_support::render(view, 4).mean().g);

@@ -11,7 +11,6 @@
 namespace {
 
 using core::Rgb;
-using core::Vec3;
 using test_support::Picture;
 using test_support::pixel;
 

@@ -2,7 +2,6 @@
 // sun: the radiance is f(wo, wi) * lux * cos, without noise.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include <gtest/gtest.h>
 
@@ -13,7 +12,6 @@ namespace {
 
 using core::Rgb;
 using core::Vec3;
-using test_support::Picture;
 using test_support::pixel;
 using test_support::towards;
 

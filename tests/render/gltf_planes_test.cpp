@@ -42,8 +42,7 @@ core::SceneDescription walls(bool is_orthographic, float near_m, float far_m) {
 
 Picture picture_of(const core::SceneDescription& scene, const std::string& integrator,
                    int samples = 16) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::load(core::write_glb(scene))), 8, 8);
+  core::View view = test_support::view_of(test_support::load(core::write_glb(scene)), 8, 8);
   view.settings = core::default_settings(integrator);
   view.settings.film.width = 8;
   view.settings.film.height = 8;

@@ -38,12 +38,9 @@ core::CameraDescription front_camera(float half_m) {
 }
 
 core::PunctualLightDescription sun(Vec3 wi, Rgb lux) {
-  core::PunctualLightDescription light;
-  light.name = "sun";
-  light.type = core::PunctualType::kDirectional;
-  light.intensity = lux;
   const core::Frame frame = core::frame_from_normal(wi);
-  light.to_world = {frame.s, frame.t, frame.n, {0, 0, 0}};
+  core::PunctualLightDescription light = directional({frame.s, frame.t, frame.n, {0, 0, 0}}, lux);
+  light.name = "sun";
   return light;
 }
 
@@ -74,7 +71,7 @@ core::SceneDescription load(const core::Bytes& glb, const core::GltfOptions& opt
 }
 
 Picture shoot(core::SceneDescription scene, const Shot& shot) {
-  core::View view = view_of(build(std::move(scene)), shot.width, shot.height);
+  core::View view = view_of(std::move(scene), shot.width, shot.height);
   view.environment = shot.sky;
   view.settings.max_depth = shot.depth;
   view.settings.film.depth = shot.depth_layer;

@@ -107,7 +107,7 @@ double light_in_a_closed_room(core::PrimitiveDescription body) {
        quad({-2, 0, -2}, {4, 0, 0}, {0, 2.1F, 0}, 0), quad({-2, 0, 2}, {0, 2.1F, 0}, {4, 0, 0}, 0),
        quad({-2, 0, -2}, {0, 2.1F, 0}, {0, 0, 4}, 0), quad({2, 0, -2}, {0, 0, 4}, {0, 2.1F, 0}, 0),
        std::move(body)});
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   test_support::look_at(view, {0.3F, 0.8F, 1.9F}, {0, 0.4F, 0}, 70);
   view.environment = test_support::constant_sky({1, 1, 1});
   return static_cast<double>(test_support::render(view, 64).mean().g);
@@ -133,7 +133,7 @@ TEST(GltfTerminator, WhatStandsOnASmoothBoxCastsItsContactShadow) {
       test_support::scene_of({test_support::lambert({1, 1, 1}), test_support::lambert({0, 0, 0})},
                              {smooth_box({-1, -0.1F, -1}, {2, 0.1F, 2}, 0),
                               test_support::quad({-40, 0, -0.05F}, {80, 0, 0}, {0, 1, 0}, 1)});
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+  core::View view = test_support::view_of(std::move(scene), 4, 4);
   test_support::look_at(view, {0, 0.5F, 0.001F}, {0, 0, 0}, 1);
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 1;
@@ -190,7 +190,7 @@ TEST(GltfTerminator, StrategiesAgreeOnShadingNormals) {
   Picture reference;
   for (const core::Strategy strategy :
        {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
-    core::View view = test_support::view_of(test_support::build(scene), 24, 24);
+    core::View view = test_support::view_of(scene, 24, 24);
     view.settings.max_depth = 3;
     view.settings.estimator.strategy = strategy;
     view.settings.seed = static_cast<std::uint64_t>(strategy);
@@ -236,7 +236,7 @@ TEST(GltfSides, SingleSidedSurfacesAreVisibleFromBehindButEmitOnlyToTheFront) {
                               in_front ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, 1)});
       room.cameras.push_back(test_support::front_camera(0.01F));
       room.cameras[0].to_world.t.z = 0.5F;
-      core::View view = test_support::view_of(test_support::build(room), 4, 4);
+      core::View view = test_support::view_of(room, 4, 4);
       view.settings.max_depth = 1;
       view.settings.estimator.strategy = strategy;
       const Picture picture = test_support::render(view, 4096);
@@ -253,19 +253,16 @@ TEST(GltfUnlit, MirrorsReflectItAndItLightsDiffuseSurfacesByEveryStrategy) {
   core::MaterialDescription wall;
   wall.unlit = true;
   wall.base_color = {0.2F, 0.4F, 0.6F};
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   // The wall is a unit square 1 m in front of the patch; the camera is between them.
   for (const bool shiny : {true, false}) {
     for (const core::Strategy strategy :
          {core::Strategy::kMis, core::Strategy::kBsdf, core::Strategy::kLight}) {
       core::SceneDescription scene = test_support::scene_of(
-          {shiny ? mirror : test_support::lambert({1, 1, 1}), wall},
+          {shiny ? test_support::mirror() : test_support::lambert({1, 1, 1}), wall},
           {test_support::patch(), test_support::quad({-0.5F, -0.5F, 1}, {0, 1, 0}, {1, 0, 0}, 1)});
       scene.cameras.push_back(test_support::front_camera(0.01F));
       scene.cameras[0].to_world.t.z = 0.5F;
-      core::View view = test_support::view_of(test_support::build(scene), 4, 4);
+      core::View view = test_support::view_of(scene, 4, 4);
       view.settings.max_depth = 1;
       view.settings.estimator.strategy = strategy;
       const Picture picture = test_support::render(view, 4096);

@@ -13,7 +13,6 @@ using core::Rgb;
 using core::TextureWrap;
 using test_support::Picture;
 using test_support::pixel;
-using test_support::Shot;
 
 core::MaterialDescription unlit() {
   core::MaterialDescription m;
@@ -173,7 +172,7 @@ Grazing grazing_checker(int samples) {
   for (core::Vec3& p : scene.meshes[0].primitives[0].positions) {
     p = {p.x * 4, p.y * 4, 0};
   }
-  core::View view = test_support::view_of(test_support::build(scene), kWidth, kHeight);
+  core::View view = test_support::view_of(scene, kWidth, kHeight);
   const double tilt = 8 * kPi / 180;
   const double away = 6;
   test_support::look_at(

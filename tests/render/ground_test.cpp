@@ -2,17 +2,15 @@
 // model on the real ground.
 #include "core/scene/ground.h"
 
-#include <array>
 #include <cmath>
-#include <span>
 
 #include "core/denoise/denoised_picture.h"
 #include "core/denoise/statistical.h"
 #include "core/integrators/path/catcher.h"
 #include "core/scene/drawn.h"
-#include "tests/render/asset_files.h"
 #include "tests/render/catcher_stage.h"
 #include "tests/render/truth.h"
+#include "tests/support/asset_files.h"
 #include "tests/support/statistics.h"
 
 namespace {
@@ -109,7 +107,7 @@ TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
       {test_support::lambert({0, 0, 0})}, {test_support::sphere({0, 40, -40}, 4, 12, false, 0)});
   core::GroundSettings ground = {GroundType::kCatcher, 0.0F, {0, 0, 0}, 1, {}};
   core::add_ground(scene, ground);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   // The image of the ball is in the centre: the mirrored camera looks at the ball.
   test_support::look_at(view, {0, 10, 10}, {0, 0, 0}, 20);
   view.environment = test_support::constant_sky({1, 1, 1});
@@ -145,7 +143,7 @@ TEST(Catcher, OverTheBareGroundEqualsARealGroundForAssets) {
       if (bare) {
         scene.instances.erase(scene.instances.begin(), scene.instances.end() - 1);
       }
-      core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+      core::View view = test_support::view_of(std::move(scene), kSide, kSide);
       test_support::look_at(view, center + Vec3{0.1F, 1.1F, 0.6F} * size, center, 50);
       view.environment = sky;
       view.settings.ground = ground;
@@ -263,7 +261,7 @@ TEST(Sweep, FillsTheImageBehindTheModel) {
   const Vec3 from = {6, 3, 6};
   const Vec3 to = {0, 1, 0};
   core::add_ground(scene, ground, to - from);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   EXPECT_NEAR(view.scene->summary().bounds.min.y, 0, 1e-5F) << "the model's own bounds";
   test_support::look_at(view, from, to, 50);
   view.environment = sky();

@@ -52,7 +52,7 @@ core::View room(std::string_view integrator, const Change& change) {
   lamp.intensity = Rgb(0.5F * change.light * (change.forgets_point_light ? 1 : s * s));
   lamp.to_world.t = Vec3{1, 1.2F, 1} * s;
   scene.lights.push_back(lamp);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   test_support::look_at(view, Vec3{0.4F, 1, 3} * s, Vec3{0.1F, 0.3F, 0} * s, 36);
   view.environment = test_support::constant_sky(Rgb(0.25F * change.light));
   const core::FilmSettings film = view.settings.film;
@@ -151,7 +151,7 @@ core::SceneDescription at_place(core::Place place) {
 class FarPlaces : public testing::TestWithParam<std::string> {
  protected:
   static double mean(const core::SceneDescription& scene) {
-    core::View view = test_support::view_of(test_support::build(scene), kSide, kSide);
+    core::View view = test_support::view_of(scene, kSide, kSide);
     const core::FilmSettings film = view.settings.film;
     view.settings = core::default_settings(GetParam());
     view.settings.film = film;
@@ -217,12 +217,12 @@ double room_radiance(float side) {
     return test_support::quad(corner * side, edge1 * side, edge2 * side, material);
   };
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert({0.7F, 0.7F, 0.7F}), test_support::emitter({12, 12, 12})},
           {quad({0, 0, 1}, {1, 0, 0}, {0, 0, -1}, 0), quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0),
            quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0), quad({0, 0, 1}, {0, 0, -1}, {0, 1, 0}, 0),
            quad({1, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0),
-           quad({0.35F, 0.99F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, 1)})),
+           quad({0.35F, 0.99F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, 1)}),
       8, 8);
   test_support::look_at(view, Vec3{0.5F, 0.5F, 2.4F} * side, Vec3{0.5F, 0.5F, 0} * side, 38);
   view.settings.max_depth = 4;

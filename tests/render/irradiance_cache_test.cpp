@@ -1,6 +1,5 @@
 // Irradiance caching: closed forms, and agreement with path tracing within the allowed error.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -20,10 +19,8 @@ constexpr double kPi = std::numbers::pi;
 TEST(IrradianceCaching, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)}), 24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings = core::default_settings("irradiance-cache");
   view.settings.film.width = view.settings.film.height = 24;
@@ -62,14 +59,9 @@ core::View sunlit_wall() {
       test_support::scene_of({test_support::lambert(Rgb(static_cast<float>(kAlbedo)))},
                              {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
                               test_support::quad({-1, 0, 1}, {0, 0, -2}, {0, 1, 0}, 0)});
-  core::PunctualLightDescription sun;
-  sun.type = core::PunctualType::kDirectional;
-  sun.intensity = Rgb(1);
-  sun.to_world.x = {0, 0, -1};  // emits along -z of its own frame, here -x
-  sun.to_world.y = {0, 1, 0};
-  sun.to_world.z = {1, 0, 0};
-  scene.lights.push_back(sun);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kColumns, kRows);
+  // along -x
+  scene.lights.push_back(test_support::directional({{0, 0, -1}, {0, 1, 0}, {1, 0, 0}, {}}));
+  core::View view = test_support::view_of(std::move(scene), kColumns, kRows);
   const float half = 0.75F * kRows / kColumns;  // 1.5 m of the floor, from x = -0.75
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},
                         2 * std::atan(half) * 180 / std::numbers::pi_v<float>);
@@ -116,7 +108,7 @@ core::View glossy_box() {
       m.roughness = 0.4F;
     }
   }
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
   view.settings.max_depth = 8;
   view.settings.cache.rays = 256;

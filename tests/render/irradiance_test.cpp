@@ -8,30 +8,17 @@ namespace {
 
 using core::Rgb;
 using core::Strategy;
-using core::Vec3;
 using test_support::expect_truth;
+using test_support::glass;
 
 constexpr double kPi = std::numbers::pi;
-
-core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  // faces down
-  core::PrimitiveDescription p;
-  p.material = material;
-  constexpr std::uint32_t kSides = 512;
-  p.positions.push_back(center);
-  for (std::uint32_t i = 0; i < kSides; ++i) {
-    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
-    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
-    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
-  }
-  return p;
-}
 
 /// A white floor at y = 0 seen only at the origin, under `light`.
 core::View meter(std::vector<core::PrimitiveDescription> light) {
   light.push_back(test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0));
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))}, std::move(light))),
+      test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1))},
+                             std::move(light)),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
@@ -48,7 +35,7 @@ TEST(Irradiance, SquareDiskAndSphereMatchTheClosedForm) {
   };
   const Light lights[] = {
       {"square", {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1)}, 0.7522747},
-      {"disk", {disk({0, 1, 0}, 0.5F, 1)}, kPi / 5},
+      {"disk", {test_support::disk({0, 1, 0}, 0.5F, 1)}, kPi / 5},
       {"sphere", {test_support::sphere({0, 1, 0}, 0.5F, 100, false, 1)}, kPi / 4},
   };
   core::View views[] = {meter(lights[0].parts), meter(lights[1].parts), meter(lights[2].parts)};
@@ -75,7 +62,7 @@ core::View plates(const core::PrimitiveDescription& lamp) {
   camera.x_magnification = camera.y_magnification = 0.5F;
   camera.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0.5F, 0.5F, 0.5F}};  // looks down
   scene.cameras.push_back(camera);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 64, 64);
+  core::View view = test_support::view_of(std::move(scene), 64, 64);
   view.settings.max_depth = 1;
   return view;
 }
@@ -190,7 +177,7 @@ TEST(Punctual, PointSpotAndSunOnLambertMatchTheClosedForm) {
         test_support::scene_of({test_support::lambert({1, 0.5F, 0.25F})},
                                {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)});
     scene.lights.push_back(test.light);
-    core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+    core::View view = test_support::view_of(std::move(scene), 4, 4);
     test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 2e-5F);
     for (const auto& v : test_support::variants()) {
       test_support::apply(v, view);
@@ -209,11 +196,7 @@ TEST(Punctual, PointSpotAndSunOnLambertMatchTheClosedForm) {
 /// A point light of range 2.5 m, 2 m above a unit square and 0.5 m above a pane with null
 /// scattering; seen from above, below the pane.
 core::View under_a_pane() {
-  core::MaterialDescription clear;
-  clear.metallic = 0;
-  clear.roughness = 0;
-  clear.transmission = 1;
-  clear.ior = 1;
+  core::MaterialDescription clear = glass(1, 0);
   core::SceneDescription scene =
       test_support::scene_of({test_support::lambert(Rgb(1)), clear},
                              {test_support::quad({-0.5F, 0, 0.5F}, {1, 0, 0}, {0, 0, -1}, 0),
@@ -228,7 +211,7 @@ core::View under_a_pane() {
   camera.x_magnification = camera.y_magnification = 0.5F;
   camera.to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 1, 0}};  // looks down
   scene.cameras.push_back(camera);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   view.settings.max_depth = 1;
   return view;
 }
@@ -263,23 +246,13 @@ TEST(Punctual, RangeEndsAtTheFirstScatteringSurface) {
   }
 }
 
-core::MaterialDescription glass(float ior) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.thickness = 1;
-  m.ior = ior;
-  return m;
-}
-
 /// A closed slab between z = -1/2 and z = 1/2, seen along -z.
 core::View slab(const core::MaterialDescription& material, float side_m = 100) {
   const float s = side_m;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {material}, {test_support::quad({-s / 2, -s / 2, 0.5F}, {s, 0, 0}, {0, s, 0}, 0),
-                       test_support::quad({-s / 2, -s / 2, -0.5F}, {0, s, 0}, {s, 0, 0}, 0)})),
+                       test_support::quad({-s / 2, -s / 2, -0.5F}, {0, s, 0}, {s, 0, 0}, 0)}),
       32, 32);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 0.01F);
   return view;
@@ -337,17 +310,13 @@ double returned_by_a_wall() {
 // sampling share the transmitted light by MIS. The third scattering event adds the light that the
 // wall returns to the floor, 2.9%.
 TEST(ClearWall, TransmitsLightForEveryStrategyAndDepth) {
-  core::MaterialDescription wall;
-  wall.metallic = 0;
-  wall.roughness = 0;
-  wall.transmission = 1;
+  core::MaterialDescription wall = glass(1.5F, 0);
   wall.double_sided = true;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
-          {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1),
-           test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
-           test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+      test_support::scene_of({test_support::lambert(Rgb(1)), test_support::emitter(Rgb(1)), wall},
+                             {test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1),
+                              test_support::quad({-5, 0.5F, -5}, {10, 0, 0}, {0, 0, 10}, 2),
+                              test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)}),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.3F}, {0, 0, 0}, 0.001F);
   const double direct = through_a_wall(0, 0);

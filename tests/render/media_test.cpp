@@ -20,10 +20,9 @@ using test_support::Moments;
 using test_support::Random;
 
 core::View ball(const core::MaterialDescription& material) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
-                            12, 12);
+  core::View view = test_support::view_of(
+      test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 12,
+      12);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);  // the ball fills the image
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 64;
@@ -161,8 +160,8 @@ core::View deep_medium(float albedo) {
   side(low + x, y, z);
   side(low, y, x);
   side(low + z, x, y);
-  core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of({milk(albedo, 1)}, std::move(sides))), 8, 8);
+  core::View view =
+      test_support::view_of(test_support::scene_of({milk(albedo, 1)}, std::move(sides)), 8, 8);
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0}, 1);
   view.camera.up = Vec3{0, 0, 1};
   view.environment = test_support::constant_sky({1, 1, 1});
@@ -259,8 +258,8 @@ TEST(Fog, IsAsDeepFromAnyHeightAsItsIntegral) {
 
 core::View in_fog(const core::FogSettings& fog, const core::MaterialDescription& material) {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {material}, {test_support::quad({-2, -1, 2}, {4, 0, 0}, {0, 0, -4}, 0)})),
+      test_support::scene_of({material},
+                             {test_support::quad({-2, -1, 2}, {4, 0, 0}, {0, 0, -4}, 0)}),
       12, 12);
   test_support::look_at(view, {0, 0.5F, 4}, {0, -0.5F, 0}, 40);
   view.settings.fog = fog;
@@ -291,7 +290,7 @@ TEST(Fog, AbsorbingFogFollowsBeerLambert) {
 // and samplers that share only the scene must agree.
 TEST(Fog, StrategiesAgreeOnAnEmitterInFog) {
   core::SceneDescription scene = test_support::cornell();
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 12, 12);
+  core::View view = test_support::view_of(std::move(scene), 12, 12);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.fog = haze(0.6F, 0.2F, 0.5F);
   view.settings.max_depth = 4;

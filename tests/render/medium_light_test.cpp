@@ -223,7 +223,7 @@ TEST(PaysToAim, AtALampInThinFogWhateverThePhaseFunction) {
       core::PunctualLightDescription lamp;
       lamp.to_world = core::translation(kLamp);
       scene.lights.push_back(lamp);
-      core::View view = test_support::view_of(test_support::build(std::move(scene)), 16, 16);
+      core::View view = test_support::view_of(std::move(scene), 16, 16);
       test_support::look_at(view, kEye, kEye + kAhead, 40);
       view.settings.fog = {.scattering = Rgb(scattering), .absorption = Rgb(0), .g = g};
       ASSERT_TRUE(core::measure(view));

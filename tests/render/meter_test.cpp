@@ -26,25 +26,12 @@ using core::Vec3;
 
 constexpr double kPi = std::numbers::pi;
 
-core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {  // faces down
-  core::PrimitiveDescription p;
-  p.material = material;
-  constexpr std::uint32_t kSides = 512;
-  p.positions.push_back(center);
-  for (std::uint32_t i = 0; i < kSides; ++i) {
-    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
-    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
-    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
-  }
-  return p;
-}
-
 core::PrimitiveDescription square() {
   return test_support::quad({-0.5F, 1, -0.5F}, {1, 0, 0}, {0, 0, 1}, 1);
 }
 
 core::View stage(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 32);
+  core::View view = test_support::view_of(std::move(scene), 32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;
   view.settings.meter.points = {{{0, 0, 0}, {0, 1, 0}}};
@@ -169,7 +156,7 @@ TEST(Meter, MeasuresASquareADiskAndASphere) {
   };
   const Light lights[] = {
       {"square", square(), 0.7522747},
-      {"disk", disk({0, 1, 0}, 0.5F, 1), kPi / 5},
+      {"disk", test_support::disk({0, 1, 0}, 0.5F, 1), kPi / 5},
       {"sphere", test_support::sphere({0, 1, 0}, 0.5F, 100, false, 1), kPi / 4}};
   for (const Light& light : lights) {
     const MeterReading reading = measure(stage({light.part}), 2048);
@@ -233,12 +220,8 @@ TEST(Meter, AddsTheSunAndALampInLux) {
       1000 * (127.5 * std::exp(-0.21 / sine) * sine + 0.8 + 15.5 * std::sqrt(sine));
   const double sun = measure(view, 1024).illuminance;
   EXPECT_NEAR(sun, published, 0.12 * published);
-  core::PunctualLightDescription lamp;
-  lamp.type = core::PunctualType::kDirectional;
-  lamp.intensity = Rgb(50'000);
-  lamp.to_world.z = {0, 1, 0};  // shines along -z
-  lamp.to_world.y = {0, 0, -1};
-  scene.lights.push_back(lamp);
+  scene.lights.push_back(
+      test_support::directional({{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {}}, Rgb(50'000)));
   core::View both = stage(scene);
   both.environment = view.environment;
   EXPECT_NEAR(measure(both, 1024).illuminance, sun + 50'000, 0.01 * sun);
@@ -290,7 +273,7 @@ TEST(Meter, IntervalsContainTheTruthInNinetyFivePercent) {
 }
 
 core::View box() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 40);
+  core::View view = test_support::view_of(test_support::cornell(), 40, 40);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.meter.points = {{{0.5F, 0.001F, 0.5F}, {0, 1, 0}}};
   view.settings.meter.plane = {{0.1F, 0.5F, 0.1F}, {0, 0, 0.8F}, {0.8F, 0, 0}, 7, 5};
@@ -344,9 +327,9 @@ TEST(Meter, CellsOfAPlaneFollowThePointsRowByRow) {
 // The layer is the irradiance on the floor, independent of the floor's colour.
 TEST(IrradianceLayer, ShowsTheIrradianceOnTheFirstSurface) {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert({0.2F, 0.5F, 0}), test_support::emitter(Rgb(1))},
-          {square(), test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)})),
+          {square(), test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0)}),
       32, 32);
   test_support::look_at(view, {0.3F, 0.4F, 0.5F}, {0, 0, 0}, 0.001F);
   view.settings.max_depth = 1;

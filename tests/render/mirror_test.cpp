@@ -15,7 +15,6 @@ namespace {
 
 using core::Rgb;
 using core::Transform;
-using core::Vec3;
 using test_support::Blocks;
 using test_support::kBlocksAcross;
 
@@ -68,7 +67,7 @@ core::SceneDescription scene_of(const Mirror& mirror) {
 
 Blocks blocks_of(std::string_view integrator, const Mirror& mirror, int first_seed) {
   const core::SceneDescription scene = test_support::load(core::write_glb(scene_of(mirror)));
-  core::View view = test_support::view_of(test_support::build(scene), 16, 16);
+  core::View view = test_support::view_of(scene, 16, 16);
   const float x = mirror.is_on ? -1.0F : 1.0F;
   test_support::look_at(view, {0.3F * x, 1, 3.2F}, {0.1F * x, 0.5F, 0}, 36);
   view.environment = test_support::constant_sky(Rgb(0.1F));

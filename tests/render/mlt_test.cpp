@@ -1,13 +1,13 @@
 // Metropolis light transport beyond its agreement with path tracing (agreement_test.cpp): closed
 // forms, and films that are independent of the scheduling of chains.
 #include <cmath>
-#include <memory>
 
 #include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -19,10 +19,8 @@ using test_support::expect_truth;
 TEST(Metropolis, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)}), 24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings.integrator = "mlt";
   for (const int depth : {0, 1, 2, 32}) {
@@ -56,37 +54,19 @@ TEST(Metropolis, CropEqualsTheCropOfTheFullImage) {
   EXPECT_GT(light, 0);
 }
 
-class NoSink final : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
-
 TEST(Metropolis, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = caustic_view();
   const std::string calm = test_support::render(view, 4, 1).film->digest();
   EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm);
-  const auto renderer = test_support::settled_renderer(view);
-  ASSERT_TRUE(renderer);
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = 4;
-  options.slice_target_seconds = 1e-4;
+  const auto renderer = test_support::renderer_of(view);
+  const core::TaskOptions options = test_support::samples(4, 1e-4);
   for (int taken = 3; taken < 30; taken += 9) {
     const auto film = core::make_film(view.settings);
-    NoSink sink;
-    core::RenderTask task(*renderer, film, options, sink);
-    for (int i = 0; i < taken; ++i) {
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
-    const auto again = core::make_film(view.settings);
-    for (int t = 0; t < film->tile_count(); ++t) {
-      again->restore(t, film->tile(t), film->tile_revision(t));
-    }
-    again->restore_splats(film->splats());
-    core::RenderTask rest(*renderer, again, options, sink);
+    core::NullSink sink;
+    core::RenderTask task(renderer, film, options, sink);
+    test_support::run_slices(task, taken);
+    const auto again = test_support::restored(*film);
+    core::RenderTask rest(renderer, again, options, sink);
     core::run_to_end(rest, 3);
     EXPECT_EQ(again->digest(), calm) << taken;
   }

@@ -131,10 +131,7 @@ TEST(NeutralShadow, SoftnessWidensItsEdge) {
 
 /// A ground seen through a clear pane has the same shadow, and shows the page.
 TEST(NeutralShadow, IsSeenThroughGlass) {
-  core::MaterialDescription clear;
-  clear.metallic = 0;
-  clear.roughness = 0;
-  clear.transmission = 1;
+  core::MaterialDescription clear = test_support::glass(1.5F, 0);
   core::SceneDescription scene = model();
   scene.materials.push_back(clear);
   scene.meshes[0].primitives.push_back(

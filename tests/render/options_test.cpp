@@ -23,11 +23,7 @@ using test_support::Moments;
 using test_support::Picture;
 using test_support::Random;
 
-View box(int side) {
-  View view = test_support::view_of(test_support::build(test_support::cornell()), side, side);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
-  return view;
-}
+View box(int side) { return test_support::cornell_view(side, side, 40); }
 
 std::vector<float> values(const Picture& picture) {
   std::vector<float> out;
@@ -101,12 +97,9 @@ View behind_panes(int panes) {
   }
   core::SceneDescription scene =
       test_support::scene_of({test_support::lambert(Rgb(0.5F)), pane}, things);
-  core::PunctualLightDescription sun;
-  sun.type = core::PunctualType::kDirectional;
-  sun.intensity = Rgb(core::kPi);
-  sun.to_world = core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)});
-  scene.lights.push_back(sun);
-  View view = test_support::view_of(test_support::build(std::move(scene)), 16, 16);
+  scene.lights.push_back(test_support::directional(
+      core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)}), Rgb(core::kPi)));
+  View view = test_support::view_of(std::move(scene), 16, 16);
   test_support::look_at(view, {0, 1, 0.2F}, {0, 0, 0}, 40);
   view.settings.max_depth = 1;
   return view;

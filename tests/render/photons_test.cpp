@@ -13,12 +13,12 @@
 #include "tests/render/truth.h"
 #include "tests/support/caustic.h"
 #include "tests/support/statistics.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
 using core::Rgb;
 using core::Vec3;
-using test_support::expect_truth;
 using test_support::Picture;
 
 constexpr float kAlbedo = 0.7F;
@@ -29,7 +29,7 @@ constexpr float kViewWidth = 0.8F;  // of the floor
 
 /// Looks straight down at the floor from a height of 1 m; columns run along x around 0.
 core::View floor_view(core::SceneDescription scene, const char* integrator, int max_depth) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kColumns, kRows);
+  core::View view = test_support::view_of(std::move(scene), kColumns, kRows);
   const float half = kViewWidth / 2 * kRows / kColumns;
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},
                         2 * std::atan(half) * 180 / std::numbers::pi_v<float>);
@@ -45,34 +45,21 @@ core::PrimitiveDescription floor_quad() {
   return test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0);
 }
 
-core::PunctualLightDescription sun(Vec3 x, Vec3 y, Vec3 z) {
-  core::PunctualLightDescription light;
-  light.type = core::PunctualType::kDirectional;
-  light.intensity = Rgb(1);
-  light.to_world.x = x;  // emits along -z of its own frame
-  light.to_world.y = y;
-  light.to_world.z = z;
-  return light;
-}
-
 /// Light straight down on x > 0: an awning above the camera keeps the rest in shadow.
 core::SceneDescription half_lit() {
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(kAlbedo))},
       {floor_quad(), test_support::quad({-0.9F, 1.2F, 0.5F}, {0.9F, 0, 0}, {0, 0, -1}, 0)});
-  scene.lights.push_back(sun({1, 0, 0}, {0, 0, -1}, {0, 1, 0}));
+  scene.lights.push_back(test_support::directional({{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {}}));
   return scene;
 }
 
 /// The same light reflected by a mirror at 45 degrees above the camera: a caustic on 0 < x < 1.
 core::SceneDescription half_mirrored() {
-  core::MaterialDescription mirror;
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   core::SceneDescription scene = test_support::scene_of(
-      {test_support::lambert(Rgb(kAlbedo)), mirror},
+      {test_support::lambert(Rgb(kAlbedo)), test_support::mirror()},
       {floor_quad(), test_support::quad({0, 2.2F, 0.5F}, {0, 0, -1}, {1, -1, 0}, 1)});
-  scene.lights.push_back(sun({0, 0, 1}, {0, 1, 0}, {-1, 0, 0}));
+  scene.lights.push_back(test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}));
   return scene;
 }
 
@@ -138,13 +125,7 @@ TEST(PhotonMapping, ProgressiveRadiiBlurACausticAsPublished) {
 // refracts, and reflects 6e-6.
 TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
   core::SceneDescription scene = half_mirrored();
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  glass.ior = 1.005F;
-  scene.materials.push_back(glass);
+  scene.materials.push_back(test_support::glass(1.005F));
   for (const float side : {1.0F, -1.0F}) {  // top and bottom
     scene.meshes[0].primitives.push_back(test_support::quad(
         {-0.95F, 0.45F + 0.05F * side, 0.55F * side}, {2, 0, 0}, {0, 0, -1.1F * side}, 2));
@@ -158,18 +139,13 @@ TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
 // A lamp lights a white ceiling, and that a glass ball: paths find all light, and what the ball
 // bends is no caustic, for it has come from the lamp over a diffuse surface.
 TEST(Merging, CausticsBeginAtLightsAndNotAtDiffuseSurfaces) {
-  core::MaterialDescription glass;
-  glass.metallic = 0;
-  glass.roughness = 0;
-  glass.transmission = 1;
-  glass.thickness = 1;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.6F)), glass, test_support::emitter(Rgb(12))},
+      test_support::scene_of(
+          {test_support::lambert(Rgb(0.6F)), test_support::glass(), test_support::emitter(Rgb(12))},
           {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0),
            test_support::quad({-1, 2.5F, -1}, {2, 0, 0}, {0, 0, 2}, 0),
            test_support::sphere({0, 0.7F, 0}, 0.5F, 16, false, 1),
-           test_support::quad({-0.5F, 1.8F, 0.5F}, {1, 0, 0}, {0, 0, -1}, 2)})),
+           test_support::quad({-0.5F, 1.8F, 0.5F}, {1, 0, 0}, {0, 0, -1}, 2)}),
       24, 24);
   test_support::look_at(view, {0, 1.2F, 2}, {0, 0.2F, 0}, 40);
   view.settings.max_depth = 8;
@@ -371,10 +347,8 @@ constexpr std::array<Mode, 6> kModes = {{{"sppm", 1},
 TEST(PhotonMapping, ClosedSphereHasRadianceOne) {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(0.5F);
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)})),
-                            24, 24);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({0, 0, 0}, 1, 24, true, 0)}), 24, 24);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings.photons.radius_m = 0.1F;
   view.settings.photons.paths = 1 << 14;
@@ -415,13 +389,6 @@ TEST(PhotonMapping, CausticsHaveTheEnergyOfLightTracing) {
             0.9 * static_cast<double>(reference.mean().g));
 }
 
-class NoSink final : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
-
 TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
   core::View view = test_support::caustic();
   view.settings.film.width = 72;
@@ -436,28 +403,16 @@ TEST(Prepass, FilmsAreIndependentOfRestartsAndThreads) {
     view.settings.integrator = integrator;
     const std::string calm = test_support::render(view, 4, 1).film->digest();
     EXPECT_EQ(test_support::render(view, 4, 3).film->digest(), calm) << integrator;
-    const auto renderer = test_support::settled_renderer(view);
-    ASSERT_TRUE(renderer);
-    core::TaskOptions options;
-    options.stop.samples_per_pixel = 4;
+    const auto renderer = test_support::renderer_of(view);
+    const core::TaskOptions options = test_support::samples(4);
     // Records of the cache are separate slices.
     for (int taken = 2; taken < 350; taken = taken < 60 ? taken + 7 : taken + 97) {
       const auto film = core::make_film(view.settings);
-      NoSink sink;
-      core::RenderTask task(*renderer, film, options, sink);
-      for (int i = 0; i < taken; ++i) {
-        if (const auto slice = task.take()) {
-          task.run(*slice);
-        }
-      }
-      const auto again = core::make_film(view.settings);
-      if (film->has_splats()) {
-        again->restore_splats(film->splats());
-      }
-      for (int t = 0; t < film->tile_count(); ++t) {
-        again->restore(t, film->tile(t), film->tile_revision(t));
-      }
-      core::RenderTask rest(*renderer, again, options, sink);
+      core::NullSink sink;
+      core::RenderTask task(renderer, film, options, sink);
+      test_support::run_slices(task, taken);
+      const auto again = test_support::restored(*film);
+      core::RenderTask rest(renderer, again, options, sink);
       core::run_to_end(rest, 3);
       EXPECT_EQ(again->digest(), calm) << integrator << " after " << taken;
     }

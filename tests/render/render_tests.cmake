@@ -34,7 +34,6 @@ set(RENDER_TEST_SOURCES
   truths_test.cpp)
 # Features of glTF: scenes made in code, written to a GLB, loaded and rendered small.
 list(APPEND RENDER_TEST_SOURCES
-  asset_files.cpp
   assets_test.cpp
   gltf_stage.cpp
   gltf_dispersion_test.cpp
@@ -46,3 +45,4 @@ list(APPEND RENDER_TEST_SOURCES
   gltf_terminator_test.cpp
   gltf_texture_slots_test.cpp
   gltf_textures_test.cpp)
+set(RENDER_TEST_LIBRARIES test_assets)

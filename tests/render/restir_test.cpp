@@ -29,7 +29,7 @@ View builtin(const char* name) {
   const auto glb = core::find_builtin_scene(name)->make_glb();
   auto description = core::load_gltf(glb, {}, {});
   CHECK(description);
-  View view = test_support::view_of(test_support::build(std::move(*description)), kWidth, kHeight);
+  View view = test_support::view_of(std::move(*description), kWidth, kHeight);
   const core::SceneData& data = view.scene->data();
   if (data.punctual_lights.empty() && data.triangle_lights.empty()) {
     view.environment = test_support::constant_sky(Rgb(1));
@@ -70,7 +70,7 @@ View edges(float power) {
                     core::rotation({-std::sqrt(0.5F), 0, 0, std::sqrt(0.5F)});
     scene.lights.push_back(spot);
   }
-  View view = test_support::view_of(test_support::build(std::move(scene)), kWidth, kHeight);
+  View view = test_support::view_of(std::move(scene), kWidth, kHeight);
   test_support::look_at(view, {0, 1.6F, 3}, {0, 0.1F, 0.2F}, 45);
   view.settings.max_depth = 1;
   return view;

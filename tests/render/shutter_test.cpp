@@ -17,9 +17,6 @@
 
 namespace {
 
-using core::Rgb;
-using core::Vec3;
-
 constexpr int kF32 = 5126;
 constexpr int kSize = 16;  ///< pixels per side; 8 per metre
 /// the standard deviation of a fraction p is at most 1/2 / sqrt(1024)
@@ -85,7 +82,7 @@ class File {
 
 core::View view_of(core::SceneDescription scene, double shutter_seconds,
                    const std::string& integrator = "path") {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSize, kSize);
+  core::View view = test_support::view_of(std::move(scene), kSize, kSize);
   view.settings.integrator = integrator;
   view.settings.max_depth = 1;
   view.settings.shutter_seconds = shutter_seconds;

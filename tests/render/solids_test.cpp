@@ -1,6 +1,5 @@
 // Solids: the medium that a path starts in, shared space, surfaces with holes. Closed forms: Beer's
 // law, Fresnel at normal incidence.
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -20,12 +19,7 @@ using core::Vec3;
 
 /// Absorbs sigma per metre.
 MaterialDescription solid(float ior, float sigma) {
-  MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.ior = ior;
-  m.transmission = 1;
-  m.thickness = 1;
+  MaterialDescription m = test_support::glass(ior);
   m.attenuation_distance = 1;
   m.attenuation_color = Rgb(std::exp(-sigma));
   return m;
@@ -73,8 +67,7 @@ core::View view_of_wall(std::vector<MaterialDescription> materials,
   materials.push_back(test_support::emitter(Rgb(1)));
   parts.push_back(test_support::quad({-2, -2, wall_z}, {4, 0, 0}, {0, 4, 0},
                                      static_cast<int>(materials.size() - 1)));
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(materials, parts)), 4, 4);
+  core::View view = test_support::view_of(test_support::scene_of(materials, parts), 4, 4);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 1);
   view.settings.max_depth = 1;
   view.settings.photons.paths = 1000;
@@ -183,7 +176,7 @@ core::View lamp_in_ball(Lamp lamp, const MaterialDescription& ball) {
     light.outer_cone_rad = 1.3F;
     scene.lights.push_back(light);
   }
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+  core::View view = test_support::view_of(std::move(scene), 4, 4);
   test_support::look_at(view, {1.5F, 0.8F, 0}, {0, 0, 0}, kFovDegrees);
   view.settings.max_depth = 1;
   view.settings.photons = {.paths = 4000, .radius_m = 0.05F, .final_gather = 0};
@@ -257,7 +250,7 @@ TEST(StartStates, AMeterPointInASolidReadsAbsorbedLight) {
   light.to_world.t = {0, 2, 0};
   light.intensity = Rgb(1);
   scene.lights.push_back(light);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+  core::View view = test_support::view_of(std::move(scene), 4, 4);
   view.settings.max_depth = 1;
   view.settings.meter.points = {{{0, 0, 0}, {0, 1, 0}}};
   const core::Meter meter({view.scene->data(), nullptr, view.settings});

@@ -18,20 +18,17 @@ using test_support::Picture;
 constexpr double kSigmas = 4.5;
 
 core::View inside_sphere(const core::MaterialDescription& material) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {material}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)})),
-                            16, 16);
+  core::View view = test_support::view_of(
+      test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, 8, true, 0)}), 16, 16);
   test_support::look_at(view, {0.1F, 0.2F, 0.3F}, {1, 0.1F, -0.4F}, 70);
   view.settings.spectral = true;
   return view;
 }
 
 core::View outside_sphere(const core::MaterialDescription& material) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)})),
-                            16, 16);
+  core::View view = test_support::view_of(
+      test_support::scene_of({material}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 16,
+      16);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 20);  // the ball fills the image
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.spectral = true;
@@ -114,10 +111,8 @@ TEST(Spectral, AbsorptionMatchesTheColorAtTheGivenDistance) {
   m.thickness = 1;
   m.attenuation_color = {0.6F, 0.3F, 0.2F};
   m.attenuation_distance = 2;
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {m}, {test_support::sphere({0, 0, 0}, 1, 64, false, 0)})),
-                            4, 4);
+  core::View view = test_support::view_of(
+      test_support::scene_of({m}, {test_support::sphere({0, 0, 0}, 1, 64, false, 0)}), 4, 4);
   test_support::look_at(view, {0, 0, 30}, {0, 0, 0}, 0.2F);  // 2 m through the centre
   view.environment = test_support::constant_sky({1, 1, 1});
   view.settings.max_depth = 4;
@@ -148,7 +143,7 @@ TEST(Spectral, LosslessDispersiveBallsAreInvisible) {
 TEST(Spectral, BitsDoNotDependOnThreads) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.5F;
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  core::View view = test_support::view_of(std::move(scene), 40, 40);
   view.settings.spectral = true;
   const std::string one = test_support::render(view, 8, 1).film->digest();
   EXPECT_EQ(test_support::render(view, 8, 3).film->digest(), one);
@@ -157,7 +152,7 @@ TEST(Spectral, BitsDoNotDependOnThreads) {
 }
 
 TEST(Spectral, AuxiliaryLayersEqualThoseOfRgb) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 24);
+  core::View view = test_support::view_of(test_support::cornell(), 24, 24);
   const Picture colors = test_support::render(view, 4);
   view.settings.spectral = true;
   const Picture spectral = test_support::render(view, 4);
@@ -167,7 +162,7 @@ TEST(Spectral, AuxiliaryLayersEqualThoseOfRgb) {
 }
 
 TEST(Spectral, DirectEqualsPathAtDepthOne) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 24);
+  core::View view = test_support::view_of(test_support::cornell(), 24, 24);
   view.settings.spectral = true;
   view.settings.max_depth = 1;
   view.wave_width = 0;  // direct has no waves, which round differently

@@ -13,7 +13,6 @@ namespace {
 
 using core::BackgroundType;
 using core::Rgb;
-using core::Vec3;
 using test_support::lambert;
 using test_support::Picture;
 using test_support::quad;
@@ -42,7 +41,7 @@ core::SceneDescription shop(float roughness) {
 }
 
 core::View view_of(core::SceneDescription scene, std::string_view integrator) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   core::RenderSettings settings = core::default_settings(integrator);
   settings.film = view.settings.film;
   settings.photons.paths = 2000;

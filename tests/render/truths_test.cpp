@@ -79,7 +79,7 @@ struct Truth {
 };
 
 core::View view_of(core::SceneDescription scene) {
-  return test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  return test_support::view_of(std::move(scene), kSide, kSide);
 }
 
 /// A sphere of flat facets: the closed forms used here are exact in it.

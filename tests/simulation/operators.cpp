@@ -1,18 +1,9 @@
 // What operators do in a life (world.h), and what holds at rest.
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <limits>
-#include <memory>
-#include <optional>
 #include <set>
-#include <string_view>
-#include <thread>
-#include <vector>
 
 #include <unistd.h>
 

@@ -4,9 +4,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "tests/simulation/executor.h"
 #include "tests/simulation/server.h"

@@ -2,7 +2,6 @@
 /// operators do, and what holds at rest.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <set>

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <vector>
 
 #include <gtest/gtest.h>
 

@@ -38,23 +38,16 @@ constexpr float kAlbedo = 0.7F;
 /// A horizontal sun of `irradiance`, which a mirror at 45 degrees folds straight down onto a floor;
 /// the camera looks down at the floor from below the mirror.
 core::View folded_sun(float irradiance, const char* integrator = "path") {
-  core::MaterialDescription mirror;
+  core::MaterialDescription mirror = test_support::mirror();
   mirror.name = "mirror";
-  mirror.metallic = 1;
-  mirror.roughness = 0;
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(kAlbedo)), mirror},
       {test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0),
        test_support::quad({-0.95F, 3.15F, 0.5F}, {0, 0, -1}, {1.9F, -1.9F, 0}, 1)});
-  core::PunctualLightDescription sun;
-  sun.name = "sun";
-  sun.type = core::PunctualType::kDirectional;
-  sun.intensity = Rgb(irradiance);
-  sun.to_world.x = {0, 0, 1};  // emits along -z of its own frame
-  sun.to_world.y = {0, 1, 0};
-  sun.to_world.z = {-1, 0, 0};
-  scene.lights.push_back(sun);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 32, 8);
+  scene.lights.push_back(
+      test_support::directional({{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}, {}}, Rgb(irradiance)));
+  scene.lights[0].name = "sun";
+  core::View view = test_support::view_of(std::move(scene), 32, 8);
   test_support::look_at(view, {0, 1, 0}, {0, 0, 0},
                         2 * std::atan(0.1F) * 180 / std::numbers::pi_v<float>);
   view.camera.up = Vec3{0, 0, -1};
@@ -67,9 +60,8 @@ core::View folded_sun(float irradiance, const char* integrator = "path") {
 core::View closed_sphere() {
   auto lamp = test_support::lambert(Rgb(0.5F));
   lamp.emissive = Rgb(1);
-  core::View view = test_support::view_of(test_support::build(test_support::scene_of(
-                                              {lamp}, {test_support::sphere({}, 1, 48, true, 0)})),
-                                          32, 16);
+  core::View view = test_support::view_of(
+      test_support::scene_of({lamp}, {test_support::sphere({}, 1, 48, true, 0)}), 32, 16);
   test_support::look_at(view, {0, 0, 0}, {0, 0, -1}, 40);
   view.settings.max_depth = 3;
   return view;

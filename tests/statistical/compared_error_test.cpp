@@ -2,7 +2,6 @@
 // long references, with planted faults.
 #include "core/error/compared_error.h"
 
-#include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -34,11 +33,7 @@ core::View view_by(core::View view, std::string_view integrator) {
   return view;
 }
 
-core::View room_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 36, 24);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
-  return view;
-}
+core::View room_view() { return test_support::cornell_view(36, 24, 24, 0.35F); }
 
 /// A scene with its expected values.
 struct Scene {
@@ -55,11 +50,11 @@ struct Scene {
 /// A white ball and a floor under a square emitter and a dim sky.
 core::View ball_view() {
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(10))},
           {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -6}, 0),
            test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 0),
-           test_support::quad({-0.4F, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 1)})),
+           test_support::quad({-0.4F, 3, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, 1)}),
       36, 24);
   test_support::look_at(view, {0, 1.2F, 4}, {0, 0.6F, 0}, 40);
   view.environment = test_support::constant_sky(Rgb(0.2F));

@@ -108,8 +108,7 @@ double relative_spread(core::View view, int samples) {
 }
 
 TEST(Convergence, ImageUnderASoftLightConvergesFasterThanTheSquareRoot) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  core::View view = test_support::cornell_view(48, 48, 40);
   view.settings.max_depth = 1;
   const auto fall = [&view](SamplerType type) {
     view.settings.sampler = type;

@@ -26,8 +26,7 @@ constexpr double kPixelAt90 = 1.708141 / 2.059539;
 
 /// With the emitter in view, or not.
 core::View cornell(core::SamplerType sampler, bool lamp = false) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 96, 64);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, lamp ? 0.5F : 0.35F, 0}, lamp ? 40 : 24);
+  core::View view = test_support::cornell_view(96, 64, lamp ? 40 : 24, lamp ? 0.5F : 0.35F);
   view.settings.sampler = sampler;
   view.settings.max_depth = 4;
   return view;
@@ -41,12 +40,12 @@ core::View balls(core::SamplerType sampler, float roughness = 0.6F, float lamp_s
   metal.base_color = {0.9F, 0.7F, 0.4F};
   const float s = lamp_side / 2;
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
+      test_support::scene_of(
           {test_support::lambert(Rgb(0.7F)), metal, test_support::emitter(Rgb(1.6F / (s * s)))},
           {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -6}, 0),
            test_support::sphere({-0.7F, 0.6F, 0}, 0.6F, 16, false, 1),
            test_support::sphere({0.7F, 0.6F, 0}, 0.6F, 16, false, 0),
-           test_support::quad({-s, 3, -s}, {2 * s, 0, 0}, {0, 0, 2 * s}, 2)})),
+           test_support::quad({-s, 3, -s}, {2 * s, 0, 0}, {0, 0, 2 * s}, 2)}),
       96, 64);
   test_support::look_at(view, {0, 1.2F, 4}, {0, 0.6F, 0}, 40);
   view.environment = test_support::constant_sky(Rgb(0.2F));

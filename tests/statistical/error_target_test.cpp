@@ -16,8 +16,7 @@ namespace {
 using core::Rgb;
 
 core::View room() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 48, 48);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  core::View view = test_support::cornell_view(48, 48, 40);
   view.settings.max_depth = 4;
   return view;
 }
@@ -26,12 +25,11 @@ core::View sky_and_ball() {
   core::MaterialDescription metal;
   metal.metallic = 1;
   metal.roughness = 0.3F;
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {test_support::lambert(Rgb(0.6F)), metal},
-                                {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
-                                 test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 1)})),
-                            48, 48);
+  core::View view = test_support::view_of(
+      test_support::scene_of({test_support::lambert(Rgb(0.6F)), metal},
+                             {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+                              test_support::sphere({0, 0.6F, 0}, 0.6F, 16, false, 1)}),
+      48, 48);
   test_support::look_at(view, {0, 1, 3}, {0, 0.5F, 0}, 45);
   view.environment = test_support::sky_map(
       32, 16, [](int x, int y) { return x == 5 && y == 4 ? Rgb(60) : Rgb(0.4F); });
@@ -50,8 +48,8 @@ core::View small_lamps() {
     parts.push_back(test_support::quad({x, y, 0}, {0.05F, 0, 0}, {0, 0.05F, 0}, 1));
   }
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.5F)), test_support::emitter(Rgb(300))}, std::move(parts))),
+      test_support::scene_of({test_support::lambert(Rgb(0.5F)), test_support::emitter(Rgb(300))},
+                             std::move(parts)),
       48, 48);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 40);
   view.settings.max_depth = 2;

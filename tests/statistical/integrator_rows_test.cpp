@@ -29,9 +29,7 @@ constexpr int kHeight = 16;
 
 /// A box in which every technique finds light: diffuse walls, an emitter outside the view.
 core::View box(std::string_view integrator) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 24);
+  core::View view = test_support::cornell_view(kWidth, kHeight, 24, 0.35F);
   view.settings = core::default_settings(integrator);
   view.settings.film = {.width = kWidth, .height = kHeight, .crop = {}, .filter = {}, .shares = {}};
   view.settings.max_depth = integrator == "direct" ? 1 : 4;
@@ -41,12 +39,11 @@ core::View box(std::string_view integrator) {
 /// A ball in fog under a sky that is brighter on one side. Near a small emitter rare paths would
 /// carry most of the noise, and so few samples know little of it.
 core::View fog(std::string_view integrator) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {test_support::lambert({0.7F, 0.5F, 0.3F})},
-                                {test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
-                                 test_support::sphere({0, 0.6F, 0}, 0.6F, 12, false, 0)})),
-                            kWidth, kHeight);
+  core::View view = test_support::view_of(
+      test_support::scene_of({test_support::lambert({0.7F, 0.5F, 0.3F})},
+                             {test_support::quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -4}, 0),
+                              test_support::sphere({0, 0.6F, 0}, 0.6F, 12, false, 0)}),
+      kWidth, kHeight);
   test_support::look_at(view, {0, 1, 3}, {0, 0.5F, 0}, 40);
   view.settings = box(integrator).settings;
   view.environment = test_support::sky_map(

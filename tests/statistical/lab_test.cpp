@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <thread>
 #include <tuple>
 

@@ -80,9 +80,7 @@ struct Coverage {
 };
 
 core::View box(core::SamplerType sampler, int replicates) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::cornell()), kWidth, kHeight);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.35F, 0}, 20);
+  core::View view = test_support::cornell_view(kWidth, kHeight, 20, 0.35F);
   view.settings.sampler = sampler;
   view.settings.replicates = replicates;
   view.settings.max_depth = 2;
@@ -107,8 +105,8 @@ core::View lamps(int replicates, int block, int history) {
                                         {0, 0, 0.06F}, 1));
   }
   core::View view = test_support::view_of(
-      test_support::build(test_support::scene_of(
-          {test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))}, things)),
+      test_support::scene_of({test_support::lambert(Rgb(0.7F)), test_support::emitter(Rgb(20))},
+                             things),
       kWidth, kHeight);
   test_support::look_at(view, {0, 0.9F, 2}, {0, 0, 0.1F}, 24);
   view.settings.light_sampler = core::LightSamplerType::kRestir;

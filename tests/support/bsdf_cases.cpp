@@ -7,7 +7,6 @@
 namespace test_support {
 
 using core::BsdfParameters;
-using core::Rgb;
 using core::Vec3;
 
 namespace {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "core/description/scene_description.h"
 #include "core/media/medium.h"
+#include "tests/support/scenes.h"
 
 namespace test_support {
 
@@ -23,12 +23,7 @@ inline float color_for(float albedo, float g) {
 /// A solid with a mean free path of `mean_free_path_m`; with ior 1 its boundary is invisible.
 inline core::MaterialDescription milk(float albedo, float mean_free_path_m, float g = 0,
                                       float ior = 1) {
-  core::MaterialDescription m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.ior = ior;
-  m.transmission = 1;
-  m.thickness = 1;
+  core::MaterialDescription m = glass(ior);
   m.attenuation_distance = mean_free_path_m;
   m.attenuation_color = core::Rgb(std::exp(-1.0F));
   m.multiscatter_color = core::Rgb(color_for(albedo, g));

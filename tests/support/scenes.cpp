@@ -15,17 +15,6 @@ namespace test_support {
 using core::Rgb;
 using core::Vec3;
 
-namespace {
-
-class NullSink final : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
-}  // namespace
-
 core::PrimitiveDescription sphere(Vec3 center, float radius_m, int stacks, bool inward,
                                   int material) {
   core::PrimitiveDescription p;
@@ -69,6 +58,19 @@ core::PrimitiveDescription quad(Vec3 corner, Vec3 edge1, Vec3 edge2, int materia
   return p;
 }
 
+core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {
+  core::PrimitiveDescription p;
+  p.material = material;
+  constexpr std::uint32_t kSides = 512;
+  p.positions.push_back(center);
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const float phi = core::kTwoPi * static_cast<float>(i) / kSides;
+    p.positions.push_back(center + Vec3{radius_m * std::cos(phi), 0, radius_m * std::sin(phi)});
+    p.indices.insert(p.indices.end(), {0, 1 + i, 1 + (i + 1) % kSides});
+  }
+  return p;
+}
+
 core::MaterialDescription lambert(Rgb albedo) {
   core::MaterialDescription m;
   m.base_color = albedo;
@@ -82,6 +84,31 @@ core::MaterialDescription emitter(Rgb radiance) {
   core::MaterialDescription m = lambert({0, 0, 0});
   m.emissive = radiance;
   return m;
+}
+
+core::MaterialDescription mirror() {
+  core::MaterialDescription m;
+  m.metallic = 1;
+  m.roughness = 0;
+  return m;
+}
+
+core::MaterialDescription glass(float ior, float thickness) {
+  core::MaterialDescription m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  m.ior = ior;
+  m.thickness = thickness;
+  return m;
+}
+
+core::PunctualLightDescription directional(const core::Transform& to_world, Rgb irradiance) {
+  core::PunctualLightDescription light;
+  light.type = core::PunctualType::kDirectional;
+  light.intensity = irradiance;
+  light.to_world = to_world;
+  return light;
 }
 
 core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,
@@ -164,10 +191,20 @@ core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int heig
   return view;
 }
 
+core::View view_of(core::SceneDescription scene, int width, int height) {
+  return view_of(build(std::move(scene)), width, height);
+}
+
 void look_at(core::View& view, Vec3 from, Vec3 to, float fov_degrees) {
   view.camera.position = from;
   view.camera.target = to;
   view.camera.vertical_fov_degrees = fov_degrees;
+}
+
+core::View cornell_view(int width, int height, float fov_degrees, float height_m) {
+  core::View view = view_of(cornell(), width, height);
+  look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, height_m, 0}, fov_degrees);
+  return view;
 }
 
 Rgb Picture::mean() const {
@@ -242,7 +279,7 @@ Picture render(const core::View& view, const core::StopRules& stop, int threads)
   CHECK(renderer);
   Picture picture;
   picture.film = core::make_film(view.settings);
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options;
   options.stop = stop;
   core::RenderTask task(*renderer, picture.film, options, sink);

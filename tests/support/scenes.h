@@ -18,9 +18,18 @@ core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks,
 /// A parallelogram; front side towards cross(edge1, edge2).
 core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2,
                                 int material);
+/// A horizontal disk of 512 triangles; faces down.
+core::PrimitiveDescription disk(core::Vec3 center, float radius_m, int material);
 /// Lambert: no specular layer.
 core::MaterialDescription lambert(core::Rgb albedo);
 core::MaterialDescription emitter(core::Rgb radiance);
+/// White and smooth.
+core::MaterialDescription mirror();
+/// Clear and smooth. thickness 0: a thin wall.
+core::MaterialDescription glass(float ior = 1.5F, float thickness = 1);
+/// Emits along -z of its frame. irradiance: of a surface that faces it.
+core::PunctualLightDescription directional(const core::Transform& to_world,
+                                           core::Rgb irradiance = core::Rgb(1));
 /// Everything in one mesh with one instance.
 core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials,
                                 std::vector<core::PrimitiveDescription> primitives);
@@ -28,6 +37,10 @@ core::SceneDescription scene_of(std::vector<core::MaterialDescription> materials
 /// The Cornell box with round dimensions, 1 m wide: red left, green right, an emitter in the
 /// ceiling.
 core::SceneDescription cornell();
+
+/// A view of it from in front, toward a point of its middle plane at that height, with box filter
+/// and no auxiliary layers.
+core::View cornell_view(int width, int height, float fov_degrees, float height_m = 0.5F);
 
 std::shared_ptr<const core::Scene> build(core::SceneDescription description);
 std::shared_ptr<const core::Environment> constant_sky(core::Rgb radiance);
@@ -39,6 +52,7 @@ std::shared_ptr<const core::Environment> sky_map(int width, int height,
 
 /// A view with box filter and no auxiliary layers.
 core::View view_of(std::shared_ptr<const core::Scene> scene, int width, int height);
+core::View view_of(core::SceneDescription scene, int width, int height);
 void look_at(core::View& view, core::Vec3 from, core::Vec3 to, float fov_degrees);
 
 struct Picture {

@@ -1,5 +1,13 @@
 #Helpers shared by the test programs.
-set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp synthetic.cpp)
+set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp
+  synthetic.cpp tasks.cpp)
+
+# Of programs that load assets.
+if(TARGET core_scene_io AND TARGET core_image_io)
+  tessera_resolve(asset_sources ${CMAKE_CURRENT_LIST_FILE} asset_files.cpp)
+  add_library(test_assets STATIC ${asset_sources})
+  target_link_libraries(test_assets PUBLIC test_support core_scene_io core_image_io core)
+endif()
 
 # A library that replaces Open Image Denoise, in the folder where the API tests also look for it,
 # and its helper.

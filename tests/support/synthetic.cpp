@@ -52,19 +52,13 @@ class SyntheticRenderer final : public core::Renderer {
   std::function<float(Random&, int, int)> sample_;
 };
 
-class Nobody final : public core::RenderSink {
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
 }  // namespace
 
 Picture render(const Synthetic& synthetic, int samples, std::uint64_t seed, int threads) {
   const auto renderer = std::make_shared<const SyntheticRenderer>(synthetic, seed);
   Picture picture;
   picture.film = core::make_film(renderer->view().settings);
-  Nobody sink;
+  core::NullSink sink;
   core::TaskOptions options;
   options.stop.samples_per_pixel = samples;
   core::RenderTask task(renderer, picture.film, std::move(options), sink);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 
 #include "core/render/task/render_task.h"
 #include "tests/support/scenes.h"

@@ -2,9 +2,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <exception>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <new>

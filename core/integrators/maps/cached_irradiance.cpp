@@ -8,7 +8,6 @@
 // does; diffuse reflection of all other light comes from the records, with the albedo for uniform
 // light. Where there are no records, paths continue as in `path`.
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>

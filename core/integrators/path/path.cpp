@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <cmath>
 
 #include "core/integrators/path/closed_form.h"
 #include "core/integrators/path/light_candidates.h"

@@ -58,12 +58,6 @@ double advantage_of(std::string_view name) {
   return row == kCandidates.end() ? 1 : row->advantage;
 }
 
-class NullSink final : public RenderSink {
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const ConvergencePoint&) override {}
-  void on_finished(StopReason) override {}
-};
-
 /// Returns the view with these settings, and a small film of the job's without its parts.
 View small_view(const View& view, RenderSettings settings) {
   View small = view;

@@ -1,7 +1,6 @@
 #include "core/render/task/reference_images.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "core/error/compared_error.h"
@@ -53,12 +52,6 @@ int reference_samples(int samples) {
   return std::max(2, (std::max(samples / kShare, std::min(samples, kLeast)) + 1) / 2 * 2);
 }
 
-class ReferenceImages::Sink final : public RenderSink {
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const ConvergencePoint&) override {}
-  void on_finished(StopReason) override {}
-};
-
 std::unique_ptr<ReferenceImages> ReferenceImages::create(const View& view, double slice_seconds) {
   const auto settings = reference_settings(view.settings);
   if (!settings) {
@@ -82,8 +75,7 @@ std::unique_ptr<ReferenceImages> ReferenceImages::create(const View& view, doubl
 ReferenceImages::ReferenceImages(std::shared_ptr<const Renderer> renderer, double slice_seconds)
     : renderer_(std::move(renderer)),
       film_(make_film(renderer_->view().settings)),
-      slice_seconds_(slice_seconds),
-      sink_(std::make_unique<Sink>()) {}
+      slice_seconds_(slice_seconds) {}
 
 ReferenceImages::~ReferenceImages() = default;
 
@@ -93,7 +85,7 @@ void ReferenceImages::begin(int samples) {
   options.stop.samples_per_pixel = samples_;
   options.samples_limit = samples_;
   options.slice_target_seconds = slice_seconds_;
-  task_ = std::make_unique<RenderTask>(renderer_, film_, std::move(options), *sink_);
+  task_ = std::make_unique<RenderTask>(renderer_, film_, std::move(options), sink_);
 }
 
 std::optional<Slice> ReferenceImages::take() {

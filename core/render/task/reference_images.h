@@ -51,11 +51,10 @@ class ReferenceImages {
  private:
   ReferenceImages(std::shared_ptr<const Renderer> renderer, double slice_seconds);
 
-  class Sink;
   std::shared_ptr<const Renderer> renderer_;
   std::shared_ptr<Film> film_;
   double slice_seconds_;
-  std::unique_ptr<Sink> sink_;
+  NullSink sink_;
   std::unique_ptr<RenderTask> task_;
   int samples_ = 0;
   double cpu_seconds_told_ = 0;

@@ -50,6 +50,13 @@ class RenderSink {
   virtual void on_finished(StopReason reason) = 0;
 };
 
+class NullSink final : public RenderSink {
+ public:
+  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
+  void on_pass(const ConvergencePoint& /*point*/) override {}
+  void on_finished(StopReason /*reason*/) override {}
+};
+
 struct TaskOptions {
   StopRules stop;
   /// The server's maximum. The stop reason is kLimit if no rule applied earlier.

@@ -1,6 +1,5 @@
 #include "core/render/task/settle.h"
 
-#include <optional>
 #include <utility>
 
 #include "core/render/picture/light_not_found.h"

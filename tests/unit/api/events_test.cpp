@@ -1,6 +1,5 @@
 #include "api/answers/events.h"
 
-#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>

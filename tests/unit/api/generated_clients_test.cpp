@@ -6,7 +6,6 @@
 #include <cctype>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <set>
 #include <string>
 #include <string_view>

@@ -70,7 +70,7 @@ TEST(OpenApi, EveryReferenceIsDefined) {
   });
 }
 
-TEST(OpenApi, HasExactlyTheAvailableOperations) {
+TEST(OpenApi, HasExactlyTheOperationsOfTheTable) {
   std::set<std::string> ids;
   for (const auto& path : document()["paths"].items()) {
     for (const auto& method : path.value().items()) {
@@ -79,9 +79,7 @@ TEST(OpenApi, HasExactlyTheAvailableOperations) {
   }
   std::set<std::string> expected = {"getImageInFormat"};
   for (const api::Operation& operation : api::operations()) {
-    if (operation.available) {
-      expected.insert(std::string(operation.id));
-    }
+    expected.insert(std::string(operation.id));
   }
   EXPECT_EQ(ids, expected);
 }
@@ -349,14 +347,6 @@ TEST(OpenApi, DeclaresParametersThatReplaceHeadersAndKeys) {
   // One of the two is required.
   EXPECT_EQ((*parameter("/v1/events", "jobs"))["required"], false);
   EXPECT_EQ((*parameter("/v1/events", "batch"))["required"], false);
-}
-
-TEST(Operations, AreFoundById) {
-  ASSERT_NE(api::find_operation("createJob"), nullptr);
-  EXPECT_EQ(api::find_operation("createJob")->path, "/v1/jobs");
-  EXPECT_EQ(api::find_operation("nothing"), nullptr);
-  EXPECT_TRUE(api::find_operation("extendJob")->available);
-  EXPECT_TRUE(api::find_operation("runExperiment")->available);
 }
 
 TEST(OpenApi, ListsEachProblemType) {

@@ -1,7 +1,6 @@
 #include "api/requests.h"
 
 #include <string>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <memory>
 #include <set>
 #include <span>
 #include <string>
@@ -234,7 +233,7 @@ const std::vector<Answer>& answers() {
     prism.materials[0].dispersion = 0.1F;
     const std::vector<Choice> choices = all_choices();
     for (const core::SceneDescription& scene : {test_support::cornell(), milky, prism}) {
-      core::View plain = test_support::view_of(test_support::build(scene), kSide, kSide);
+      core::View plain = test_support::view_of(scene, kSide, kSide);
       plain.settings = core::default_settings(plain.settings.integrator);
       plain.settings.film.width = plain.settings.film.height = kSide;
       plain.measured = core::Measured{.split_count = 2, .aims_in_media = false};

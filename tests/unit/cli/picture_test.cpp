@@ -1,8 +1,6 @@
 #include "clients/cli/picture.h"
 
 #include <array>
-#include <cctype>
-#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <string>

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <span>
 #include <string>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -24,12 +23,15 @@
 #include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
 using core::AdaptiveType;
 using core::Film;
 using core::RenderTask;
+using test_support::renderer_of;
+using test_support::samples;
 
 TEST(SamplePlan, EachSampleBelongsToOneHalf) {
   for (const int replicates : {2, 4, 6}) {
@@ -208,16 +210,8 @@ TEST(Epochs, BeginAtErrorChecksAndThePilotIsAtMostATenth) {
 
 // ---- Films.
 
-class Nobody : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
 core::View small_view(AdaptiveType type, int replicates = 2) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 50);
+  core::View view = test_support::cornell_view(70, 45, 50);
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
   view.settings.max_depth = 2;
   view.settings.replicates = replicates;
@@ -227,26 +221,11 @@ core::View small_view(AdaptiveType type, int replicates = 2) {
   return view;
 }
 
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
-
-core::TaskOptions samples(int n) {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = n;
-  options.slice_target_seconds = 0.0005;
-  return options;
-}
-
 std::string digest_of(const core::View& view, int count, int threads,
                       double slice_seconds = 0.0005) {
   const auto film = make_film(view.settings);
-  Nobody sink;
-  core::TaskOptions options = samples(count);
-  options.slice_target_seconds = slice_seconds;
-  RenderTask task(renderer_of(view), film, std::move(options), sink);
+  core::NullSink sink;
+  RenderTask task(renderer_of(view), film, samples(count, slice_seconds), sink);
   core::run_to_end(task, threads);
   EXPECT_NEAR(task.progress().samples_mean, count, 0.01 * count);
   return film->digest();
@@ -283,33 +262,20 @@ TEST(AdaptiveBits, AreReproducibleForEverySamplerAndSetsAreWhole) {
   }
 }
 
-/// Restores the content of a checkpoint: every tile. Pre: no slice is in progress.
-std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
-  auto film = make_film(view.settings);
-  for (int t = 0; t < from.tile_count(); ++t) {
-    film->restore(t, from.tile(t), from.tile_revision(t));
-  }
-  return film;
-}
-
 // Stops after any number of slices, including pilot slices, and continues with another task.
 TEST(AdaptiveBits, AreIndependentOfARestartAtAnyPoint) {
   const core::View view = small_view(AdaptiveType::kPilot);
   const auto renderer = renderer_of(view);
   const std::string whole = digest_of(view, 50, 2);
-  Nobody sink;
+  core::NullSink sink;
   auto film = make_film(view.settings);
   bool over = false;
   int restarts = 0;
   while (!over) {
-    RenderTask task(renderer, film, samples(50), sink);
-    for (int i = 0; i < 37 && !task.finished(); ++i) {
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
+    RenderTask task(renderer, film, samples(50, 0.0005), sink);
+    test_support::run_slices(task, 37);
     over = task.finished();
-    film = reloaded(view, *film);
+    film = test_support::restored(*film);
     ++restarts;
   }
   EXPECT_GT(restarts, 3);
@@ -321,8 +287,8 @@ TEST(AdaptiveBits, AreIndependentOfPausesAndExtensions) {
   const std::string whole = digest_of(view, 60, 2);
   auto film = make_film(view.settings);
   for (const int count : {30, 40, 60}) {  // within an epoch, at its end, in the next
-    Nobody sink;
-    RenderTask task(renderer_of(view), film, samples(count), sink);
+    core::NullSink sink;
+    RenderTask task(renderer_of(view), film, samples(count, 0.0005), sink);
     task.set_paused(true);
     EXPECT_FALSE(task.take());
     task.set_paused(false);
@@ -337,7 +303,7 @@ TEST(AdaptiveBits, AreIndependentOfPausesAndExtensions) {
 TEST(AdaptiveBits, AreIndependentOfAClockRule) {
   const core::View view = small_view(AdaptiveType::kPilot);
   auto film = make_film(view.settings);
-  Nobody sink;
+  core::NullSink sink;
   core::TaskOptions options;
   options.stop.seconds = 0.15;
   options.samples_limit = 50;

@@ -15,7 +15,6 @@
 namespace {
 
 using core::Bsdf;
-using core::Rgb;
 using core::Vec3;
 using test_support::BsdfCase;
 

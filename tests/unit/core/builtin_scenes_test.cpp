@@ -1,6 +1,5 @@
 #include "core/scene_io/builtin_scenes.h"
 
-#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>

@@ -10,31 +10,19 @@
 #include "core/render/task/settle.h"
 #include "core/render/units/slice_work.h"
 #include "tests/support/caustic.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
 using core::Film;
 using core::LightNotFound;
 using core::RenderTask;
-
-class NullSink : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*why*/) override {}
-};
+using test_support::renderer_of;
 
 core::TaskOptions options_of(int samples) {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = samples;
+  core::TaskOptions options = test_support::samples(samples);
   options.counts_particles = true;
   return options;
-}
-
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
 }
 
 void expect_same(const std::optional<LightNotFound>& a, const std::optional<LightNotFound>& b) {
@@ -48,7 +36,7 @@ void expect_same(const std::optional<LightNotFound>& a, const std::optional<Ligh
 }
 
 std::optional<LightNotFound> rendered(const std::shared_ptr<Film>& film, int samples, int threads) {
-  NullSink sink;
+  core::NullSink sink;
   RenderTask task(renderer_of(test_support::caustic()), film, options_of(samples), sink);
   core::run_to_end(task, threads);
   return task.progress().light_not_found;
@@ -69,7 +57,7 @@ TEST(LightNotFoundBits, AreIndependentOfRestarts) {
 /// All slices are rendered in other processes, which count no particles.
 TEST(LightNotFoundBits, AreIndependentOfPlaces) {
   const auto renderer = renderer_of(test_support::caustic());
-  NullSink sink;
+  core::NullSink sink;
   RenderTask task(renderer, film_of(), options_of(6), sink);
   while (!task.finished()) {
     if (const auto slice = task.take(RenderTask::Process::kOther)) {
@@ -82,7 +70,7 @@ TEST(LightNotFoundBits, AreIndependentOfPlaces) {
 }
 
 TEST(LightNotFound, IsUnknownWithoutParticles) {
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options = options_of(4);
   options.counts_particles = false;
   RenderTask task(renderer_of(test_support::caustic()), film_of(), std::move(options), sink);
@@ -93,7 +81,7 @@ TEST(LightNotFound, IsUnknownWithoutParticles) {
 TEST(LightNotFound, EndsAJob) {
   core::View view = test_support::caustic();
   view.settings.integrator = "sppm";
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options = options_of(64);
   options.stop.light_not_found = 0.5;
   RenderTask task(renderer_of(view), make_film(view.settings), std::move(options), sink);
@@ -104,7 +92,7 @@ TEST(LightNotFound, EndsAJob) {
 
 // Paths find the caustic by chance alone, so it may always be missing; the samples end the job.
 TEST(LightNotFound, OutlastsAnErrorTarget) {
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options = options_of(16);
   options.stop.relative_error = 1;
   options.stop.light_not_found = 1e-5;
@@ -130,7 +118,7 @@ TEST(LightNotFound, DoesNotChangeTheFilm) {
   const auto with = film_of();
   static_cast<void>(rendered(with, 6, 2));
   const auto without = film_of();
-  NullSink sink;
+  core::NullSink sink;
   core::TaskOptions options = options_of(6);
   options.counts_particles = false;
   RenderTask task(renderer_of(test_support::caustic()), without, std::move(options), sink);

@@ -23,7 +23,7 @@ core::FeaturePicture features_of(const core::View& view) {
 
 /// Seen from 2 m in front of the origin, a few pixels wide: all rays are along -z.
 core::View small_view(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 4, 4);
+  core::View view = test_support::view_of(std::move(scene), 4, 4);
   test_support::look_at(view, {0, 0, 2}, {0, 0, 0}, 0.1F);
   return view;
 }
@@ -83,11 +83,10 @@ TEST(FeaturePass, ShowsTheSkyWithoutASurface) {
 /// An emitter whose edges cross pixels: light and feature have the same expected values, and their
 /// noise depends on the sample positions.
 core::View lamp_view(std::uint64_t seed) {
-  core::View view =
-      test_support::view_of(test_support::build(test_support::scene_of(
-                                {test_support::emitter({1, 1, 1})},
-                                {quad({-1, -0.7F, 0}, {1.7F, 0.4F, 0}, {-0.3F, 1, 0}, 0)})),
-                            48, 32);
+  core::View view = test_support::view_of(
+      test_support::scene_of({test_support::emitter({1, 1, 1})},
+                             {quad({-1, -0.7F, 0}, {1.7F, 0.4F, 0}, {-0.3F, 1, 0}, 0)}),
+      48, 32);
   test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 45);
   view.settings.seed = seed;
   return view;

@@ -224,8 +224,7 @@ void record_all(core::FilmSettings& film) {
 }
 
 TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 75);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(40, 75, 35);
   record_all(view.settings.film);
   const auto picture = test_support::render(view, 4);
   const core::PixelRect rect = {3, 5, 30, 70};
@@ -259,8 +258,7 @@ TEST(Film, LayersComputedByRowsEqualThoseOfTheWholeImage) {
 }
 
 TEST(Film, EveryRegisteredLayerIsAnImage) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 8, 8);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(8, 8, 35);
   record_all(view.settings.film);
   const auto picture = test_support::render(view, 2);
   for (const auto& layer : core::layers()) {
@@ -277,8 +275,7 @@ TEST(Film, EveryRegisteredLayerIsAnImage) {
 
 // The film's running statistics equal the textbook formulas, over 500 samples of a noisy pixel.
 TEST(Film, MeanAndM2MatchTheSamples) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 1, 1);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(1, 1, 35);
   view.settings.sampler = core::SamplerType::kIndependent;
   // Compares films of n and n + 1 samples: the differences of their sums are the samples.
   test_support::Moments moments[2];
@@ -355,7 +352,7 @@ TEST(Filter, ImpulseResponseIsTheFilter) {
 
 TEST(Filter, KeepsAConstantImageConstant) {
   for (const auto& row : core::filters()) {
-    core::View view = test_support::view_of(test_support::build({}), 16, 16);
+    core::View view = test_support::view_of(core::SceneDescription(), 16, 16);
     view.environment = test_support::constant_sky({0.3F, 1, 7});
     view.settings.film.filter = {row.value, 2};
     const auto picture = test_support::render(view, 64);

@@ -1,6 +1,5 @@
 #include "core/compare/flip.h"
 
-#include <cmath>
 #include <numeric>
 
 #include <gtest/gtest.h>

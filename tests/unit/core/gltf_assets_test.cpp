@@ -1,9 +1,6 @@
 // The third-party assets, if available: every file loads, and counts agree with the file's JSON,
 // its README or the description of the Khronos model.
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -11,43 +8,27 @@
 
 #include "core/image_io/image_io.h"
 #include "core/scene_io/gltf_load.h"
+#include "tests/support/asset_files.h"
+#include "tests/support/read_bytes.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path assets() {
-  const char* named = std::getenv("TESSERA_ASSETS");
-  return named != nullptr ? fs::path(named)
-                          : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
-}
-
-core::Bytes read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::vector<char> chars((std::istreambuf_iterator<char>(in)),
-                                std::istreambuf_iterator<char>());
-  const auto* first = reinterpret_cast<const std::byte*>(chars.data());
-  return {first, first + chars.size()};
-}
-
-core::Result<core::SceneDescription> load_asset(const fs::path& path,
-                                                const core::GltfOptions& options = {}) {
-  const auto resolve = [&path](std::string_view uri) -> core::SharedBytes {
-    const fs::path file = path.parent_path() / uri;
-    return fs::exists(file) ? std::make_shared<const core::Bytes>(read_file(file)) : nullptr;
-  };
-  return core::load_gltf(read_file(path), resolve, options);
-}
+using test_support::load_asset;
 
 // Skips with a message if the folder is missing.
 class Assets : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(assets())) {
-      GTEST_SKIP() << "DID NOT RUN: no assets at " << assets()
-                   << "; TESSERA_ASSETS can name another folder";
+    const auto found = test_support::assets_folder();
+    if (!found) {
+      GTEST_SKIP() << "DID NOT RUN: no folder of assets; TESSERA_ASSETS can name one";
     }
+    folder_ = *found;
   }
+
+  fs::path folder_;
 };
 
 std::size_t drawn_triangles(const core::SceneDescription& scene) {
@@ -62,19 +43,13 @@ std::size_t drawn_triangles(const core::SceneDescription& scene) {
 }
 
 TEST_F(Assets, EveryFileLoads) {
-  int files = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(assets())) {
-    const std::string extension = entry.path().extension();
-    if (extension != ".glb" && extension != ".gltf") {
-      continue;
-    }
-    ++files;
-    const auto scene = load_asset(entry.path());
+  const std::vector<std::string> names = test_support::asset_names(folder_);
+  for (const std::string& name : names) {
+    const auto scene = load_asset(folder_ / name);
     EXPECT_TRUE(scene.has_value())
-        << entry.path() << ": "
-        << (scene ? "" : scene.error().where + ": " + scene.error().message);
+        << name << ": " << (scene ? "" : scene.error().where + ": " + scene.error().message);
   }
-  EXPECT_GT(files, 0);
+  EXPECT_FALSE(names.empty());
 }
 
 TEST_F(Assets, EveryFileLoadsAtAnotherTime) {
@@ -82,7 +57,7 @@ TEST_F(Assets, EveryFileLoadsAtAnotherTime) {
   options.time_seconds = 0.4;
   for (const char* name :
        {"Fox.glb", "RiggedSimple.glb", "AnimatedMorphCube.glb", "InterpolationTest.glb"}) {
-    EXPECT_TRUE(load_asset(assets() / name, options).has_value()) << name;
+    EXPECT_TRUE(load_asset(folder_ / name, options).has_value()) << name;
   }
 }
 
@@ -114,7 +89,7 @@ constexpr Count kCounts[] = {
 
 TEST_F(Assets, CountsMatchTheFiles) {
   for (const Count& count : kCounts) {
-    const auto scene = load_asset(assets() / count.file);
+    const auto scene = load_asset(folder_ / count.file);
     ASSERT_TRUE(scene) << count.file;
     EXPECT_EQ(scene->meshes.size(), count.meshes) << count.file;
     EXPECT_EQ(scene->instances.size(), count.instances) << count.file;
@@ -140,7 +115,7 @@ TEST_F(Assets, EncodingsOfTheTexturedBoxAgree) {
        {"BoxTextured/BoxTextured.gltf", "BoxTextured_embedded.gltf", "BoxTextured_meshopt.glb",
         "BoxTextured_webp_embedded.gltf", "BoxTextured_webp/box-textured-with-fallback.gltf",
         "BoxTextured_specgloss.glb"}) {
-    const auto scene = load_asset(assets() / name);
+    const auto scene = load_asset(folder_ / name);
     ASSERT_TRUE(scene) << name;
     const core::Bounds bounds = bounds_of(*scene);
     // A cube of side 1 around the origin; quantisation may shift it by 2^-14.
@@ -152,13 +127,14 @@ TEST_F(Assets, EncodingsOfTheTexturedBoxAgree) {
 }
 
 TEST_F(Assets, ListsTheVariantsOfTheFile) {
-  const auto scene = load_asset(assets() / "blenderio_18_variants.glb");
+  const auto scene = load_asset(folder_ / "blenderio_18_variants.glb");
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->variants.size(), 2U);
 }
 
 TEST_F(Assets, EnvironmentsDecode) {
-  const auto image = core::decode_image(read_file(assets() / "env" / "venice_sunset_256.hdr"), {});
+  const auto image =
+      core::decode_image(test_support::read_bytes(folder_ / "env" / "venice_sunset_256.hdr"), {});
   ASSERT_TRUE(image);
   EXPECT_EQ(image->width, 256);
   EXPECT_EQ(image->height, 128);
@@ -167,7 +143,7 @@ TEST_F(Assets, EnvironmentsDecode) {
 
 TEST_F(Assets, TruncatedFilesNeverCrash) {
   for (const char* name : {"Box_draco.glb", "pirate_meshopt.glb", "AnimatedMorphCube.glb"}) {
-    const core::Bytes whole = read_file(assets() / name);
+    const core::Bytes whole = test_support::read_bytes(folder_ / name);
     for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 500) {
       const auto scene = core::load_gltf(std::span(whole).first(size), nullptr, {});
       EXPECT_FALSE(scene.has_value()) << name << " " << size;

@@ -1,7 +1,5 @@
 // KHR_texture_basisu: the image that a texture reads, and errors of broken ones.
-#include <fstream>
-#include <iterator>
-
+#include "tests/support/read_bytes.h"
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -9,13 +7,7 @@ namespace {
 using namespace gltf_test;
 
 core::Bytes ktx2_file(const char* name) {
-  std::ifstream file(std::string(TESSERA_SOURCE_DIR "/tests/ktx2/").append(name), std::ios::binary);
-  core::Bytes bytes;
-  for (auto it = std::istreambuf_iterator<char>(file); it != std::istreambuf_iterator<char>();
-       ++it) {
-    bytes.push_back(static_cast<std::byte>(*it));
-  }
-  return bytes;
+  return test_support::read_bytes(std::string(TESSERA_SOURCE_DIR "/tests/ktx2/") + name);
 }
 
 /// A triangle with this texture as base colour.

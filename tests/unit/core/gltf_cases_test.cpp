@@ -1,7 +1,6 @@
 // Files with faults, as tables: gltf_refusals.txt and gltf_repairs.txt describe their form.
 #include <fstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>

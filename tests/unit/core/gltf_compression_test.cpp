@@ -1,5 +1,4 @@
 #include <array>
-#include <cmath>
 
 #include <draco/compression/encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>

@@ -1,7 +1,5 @@
 #include "core/scene_io/gltf_container.h"
 
-#include <cstring>
-
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {

@@ -1,7 +1,6 @@
 // EXT_lights_image_based; quotations are from the extension.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 
 #include "core/image_io/image_io.h"

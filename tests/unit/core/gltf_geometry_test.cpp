@@ -1,4 +1,3 @@
-#include <array>
 #include <cmath>
 
 #include "tests/unit/core/gltf_test_support.h"

@@ -1,5 +1,4 @@
 // What the headers of image files say about their pixels: alpha, windows, layers, orientation.
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>

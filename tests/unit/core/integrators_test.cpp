@@ -1,7 +1,5 @@
 // The rows of the integrator registry, each rendered at a small size.
 #include <cmath>
-#include <memory>
-#include <string>
 
 #include <gtest/gtest.h>
 
@@ -16,7 +14,7 @@ namespace {
 using test_support::Picture;
 
 core::View cornell_view(std::string_view integrator, int max_depth) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 40);
+  core::View view = test_support::view_of(test_support::cornell(), 40, 40);
   test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
   view.environment = test_support::constant_sky({0.2F, 0.3F, 0.4F});
   view.settings.integrator = integrator;
@@ -60,7 +58,7 @@ TEST(Integrators, FilmsOfEveryRowAreIndependentOfThreads) {
 TEST(Integrators, RefuseDispersionUnlessSupported) {
   core::SceneDescription scene = test_support::cornell();
   scene.materials[0].dispersion = 0.1F;
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 40, 40);
+  core::View view = test_support::view_of(std::move(scene), 40, 40);
   for (const core::IntegratorEntry& row : core::integrators()) {
     view.settings.integrator = row.name;
     const auto renderer = test_support::settled_renderer(view);

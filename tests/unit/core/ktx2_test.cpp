@@ -2,8 +2,6 @@
 #include "core/image_io/ktx2.h"
 
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -11,19 +9,15 @@
 #include "core/image_io/basis_huffman.h"
 #include "core/image_io/image_size.h"
 #include "core/image_io/uastc.h"
+#include "tests/support/read_bytes.h"
 
 namespace {
 
 using Bytes = std::vector<std::byte>;
 
 Bytes read_file(const std::string& name) {
-  std::ifstream file(std::string(TESSERA_SOURCE_DIR "/tests/ktx2/").append(name), std::ios::binary);
-  EXPECT_TRUE(file.good()) << name;
-  Bytes bytes;
-  for (auto it = std::istreambuf_iterator<char>(file); it != std::istreambuf_iterator<char>();
-       ++it) {
-    bytes.push_back(static_cast<std::byte>(*it));
-  }
+  Bytes bytes = test_support::read_bytes(std::string(TESSERA_SOURCE_DIR "/tests/ktx2/") + name);
+  EXPECT_FALSE(bytes.empty()) << name;
   return bytes;
 }
 

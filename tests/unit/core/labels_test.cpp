@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <optional>
 
 #include <gtest/gtest.h>
@@ -109,7 +108,7 @@ std::vector<Card> cards() {
 }
 
 core::View view_of(core::SceneDescription scene) {
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kWidth, kHeight);
+  core::View view = test_support::view_of(std::move(scene), kWidth, kHeight);
   test_support::look_at(view, kEye, {kEye.x, kEye.y, 0}, kFov);
   view.settings.film.object = true;
   view.settings.max_depth = 3;

@@ -25,7 +25,7 @@ void record(core::View& view, const std::vector<std::string>& layers) {
 }
 
 core::View box(int max_depth = 6) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 24, 20);
+  core::View view = test_support::view_of(test_support::cornell(), 24, 20);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.settings.max_depth = max_depth;
   return view;
@@ -45,7 +45,7 @@ core::View lamps() {
   point.intensity = {0, 0.3F, 0};
   point.to_world.t = {0.8F, 0.8F, 0.8F};
   scene.lights.push_back(point);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 24, 20);
+  core::View view = test_support::view_of(std::move(scene), 24, 20);
   test_support::look_at(view, {0.5F, 0.5F, 2}, {0.5F, 0.5F, 0}, 40);
   view.environment = test_support::constant_sky({0.2F, 0.2F, 0.4F});
   view.settings.max_depth = 4;

@@ -12,7 +12,6 @@ namespace {
 
 using core::FrameMatch;
 using core::Vec2;
-using core::Vec3;
 using test_support::quad;
 
 constexpr int kSide = 60;
@@ -32,7 +31,7 @@ core::SceneDescription stage(float card_x) {
   return out;
 }
 core::View seen_from(float eye_x, float card_x = 0) {
-  core::View view = test_support::view_of(test_support::build(stage(card_x)), kSide, kSide);
+  core::View view = test_support::view_of(stage(card_x), kSide, kSide);
   test_support::look_at(view, {eye_x, 0, kEye}, {eye_x, 0, 0}, 40);
   return view;
 }

@@ -10,19 +10,15 @@
 #include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
-class QuietSink : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
+using test_support::renderer_of;
+using test_support::samples;
 
 core::View small_view(std::string_view integrator) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 36);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(40, 36, 35);
   const core::FilmSettings film = view.settings.film;
   view.settings = core::default_settings(integrator);
   view.settings.film = film;
@@ -33,12 +29,6 @@ core::View small_view(std::string_view integrator) {
   return view;
 }
 
-core::StopRules samples(int n) {
-  core::StopRules stop;
-  stop.samples_per_pixel = n;
-  return stop;
-}
-
 struct Rendered {
   std::shared_ptr<core::Film> film;
   core::ErrorInterval error;
@@ -47,15 +37,12 @@ struct Rendered {
 /// Continues the film, or begins one.
 Rendered rendered(const core::View& view, int n, int threads,
                   std::shared_ptr<core::Film> film = nullptr, bool compares = true) {
-  const auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
   Rendered out;
   out.film = film ? std::move(film) : core::make_film(view.settings);
-  QuietSink sink;
-  core::TaskOptions options;
-  options.stop = samples(n);
+  core::NullSink sink;
+  core::TaskOptions options = samples(n);
   options.compares = compares;
-  core::RenderTask task(*renderer, out.film, options, sink);
+  core::RenderTask task(renderer_of(view), out.film, options, sink);
   core::run_to_end(task, threads);
   EXPECT_EQ(task.stop_reason(), core::StopReason::kSamples);
   out.error = task.progress().error;
@@ -114,7 +101,7 @@ TEST(ReferenceImages, LeaveTheImageAsItIsAndCountAsItsTime) {
 
 TEST(ReferenceImages, LetAnErrorTargetEndTheJob) {
   const core::View view = small_view("sppm");
-  core::StopRules stop = samples(512);
+  core::StopRules stop = samples(512).stop;
   stop.relative_error = 0.3;
   const auto picture = test_support::render(view, stop);
   EXPECT_EQ(picture.reason, core::StopReason::kRelativeError);
@@ -132,12 +119,8 @@ TEST(ReferenceImages, AreMadeByPathWhereBdptCannotRenderTheView) {
 
 TEST(ReferenceImages, AreNotLentToOtherMachines) {
   const core::View view = small_view("sppm");
-  QuietSink sink;
-  core::TaskOptions options;
-  options.stop = samples(2);
-  const auto renderer = test_support::settled_renderer(view);
-  ASSERT_TRUE(renderer);
-  core::RenderTask task(*renderer, core::make_film(view.settings), options, sink);
+  core::NullSink sink;
+  core::RenderTask task(renderer_of(view), core::make_film(view.settings), samples(2), sink);
   bool was_busy = false;
   while (!task.finished()) {
     const bool lends = task.can_lend();

@@ -11,32 +11,18 @@
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
-class SilentSink : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*why*/) override {}
-};
+using test_support::renderer_of;
 
-core::View small_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
-  return view;
-}
-
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
+core::View small_view() { return test_support::cornell_view(70, 45, 35); }
 
 TEST(RenderTaskProgress, OfAnErrorTargetDoesNotDecrease) {
   for (const double target : {0.5, 0.15}) {
     const core::View view = small_view();
-    SilentSink sink;
+    core::NullSink sink;
     core::TaskOptions options;
     options.stop.relative_error = target;
     core::RenderTask task(renderer_of(view), core::make_film(view.settings), options, sink);
@@ -67,7 +53,7 @@ TEST(RenderTaskTarget, ErrorHasTheConfidenceOfTheJob) {
   const auto renderer = renderer_of(view);
   std::vector<double> reaches;
   for (const double confidence : {0.5, 0.95, 0.999}) {
-    SilentSink sink;
+    core::NullSink sink;
     core::TaskOptions options;
     options.stop.samples_per_pixel = 8;
     options.stop.confidence = confidence;
@@ -85,7 +71,7 @@ TEST(RenderTaskTarget, IsDecidedAfterARestartAtTheCheckThatMeetsIt) {
   const core::View view = small_view();
   const auto renderer = renderer_of(view);
   for (const bool is_denoised : {false, true}) {
-    SilentSink sink;
+    core::NullSink sink;
     core::TaskOptions options;
     (is_denoised ? options.stop.denoised_error : options.stop.relative_error) = 0.15;
     options.denoised_bound = [](const core::Film& film, double /*confidence*/) {
@@ -94,10 +80,7 @@ TEST(RenderTaskTarget, IsDecidedAfterARestartAtTheCheckThatMeetsIt) {
     const auto film = core::make_film(view.settings);
     core::RenderTask task(renderer, film, options, sink);
     core::run_to_end(task, 2);
-    const auto restored = core::make_film(view.settings);
-    for (int t = 0; t < film->tile_count(); ++t) {
-      restored->restore(t, film->tile(t), film->tile_revision(t));
-    }
+    const auto restored = test_support::restored(*film);
     core::RenderTask again(renderer, restored, options, sink);
     core::run_to_end(again, 2);
     EXPECT_EQ(again.stop_reason(), task.stop_reason());
@@ -130,7 +113,7 @@ TEST(RenderTask, EndsWhenEveryPointOfTheMeterMeetsItsTarget) {
                                 {{0.9F, 0.001F, 0.9F}, {0, 1, 0}}};
   int before = 0;
   for (const double target : {0.2, 0.04}) {
-    SilentSink sink;
+    core::NullSink sink;
     core::TaskOptions options;
     options.stop.meter_error = target;
     options.stop.samples_per_pixel = 1024;
@@ -159,7 +142,7 @@ TEST(MeterError, IsInfiniteWithoutAReading) {
 
 TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
   const core::View view = small_view();
-  SilentSink sink;
+  core::NullSink sink;
   Asked asked;
   core::RenderTask task(renderer_of(view), core::make_film(view.settings), asked.options(0.1),
                         sink);
@@ -173,7 +156,7 @@ TEST(RenderTask, EndsWhenTheDenoisedBoundMeetsItsTarget) {
 
 TEST(RenderTask, UsesItsOtherRulesWithoutADenoiser) {
   const core::View view = small_view();
-  SilentSink sink;
+  core::NullSink sink;
   core::TaskOptions options;
   options.stop.denoised_error = 10;
   options.stop.samples_per_pixel = 8;
@@ -185,7 +168,7 @@ TEST(RenderTask, UsesItsOtherRulesWithoutADenoiser) {
 // A job that was stopped in the middle and resumed ends with the same samples.
 TEST(RenderTask, ResumesToTheSameDenoisedTarget) {
   const core::View view = small_view();
-  SilentSink sink;
+  core::NullSink sink;
   const auto film = core::make_film(view.settings);
   core::TaskOptions first;
   first.stop.samples_per_pixel = 6;

@@ -13,6 +13,7 @@
 #include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -21,6 +22,10 @@ using core::RenderTask;
 using core::StopReason;
 using core::StopRules;
 using core::TaskOptions;
+using test_support::renderer_of;
+using test_support::restored;
+using test_support::run_slices;
+using test_support::samples;
 using Clock = std::chrono::steady_clock;
 
 /// Records the calls, and checks their order.
@@ -52,8 +57,7 @@ class RecordingSink : public core::RenderSink {
 };
 
 core::View small_view(core::SamplerType sampler = core::SamplerType::kSobol) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(70, 45, 35);
   view.settings.sampler = sampler;
   view.settings.film.filter = {core::FilterType::kMitchell, 2};
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
@@ -61,20 +65,8 @@ core::View small_view(core::SamplerType sampler = core::SamplerType::kSobol) {
   return view;
 }
 
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
-
 std::shared_ptr<Film> film_of(const core::View& view) {
   return std::make_shared<Film>(view.settings.film, view.settings.replicates);
-}
-
-TaskOptions samples(int n) {
-  TaskOptions options;
-  options.stop.samples_per_pixel = n;
-  return options;
 }
 
 std::string digest_of(const core::View& view, TaskOptions options, int threads) {
@@ -85,15 +77,6 @@ std::string digest_of(const core::View& view, TaskOptions options, int threads) 
   EXPECT_EQ(sink.finished, 1);
   EXPECT_EQ(sink.after_end, 0);
   return film->digest();
-}
-
-/// Restores the content of a checkpoint: every tile.
-std::shared_ptr<Film> reloaded(const core::View& view, const Film& from) {
-  auto film = film_of(view);
-  for (int t = 0; t < from.tile_count(); ++t) {
-    film->restore(t, from.tile(t), from.tile_revision(t));
-  }
-  return film;
 }
 
 int tiles_apart(const Film& film) {
@@ -125,9 +108,7 @@ TEST(RenderTaskBits, AreIndependentOfTheSliceLength) {
   const core::View view = small_view();
   const std::string usual = digest_of(view, samples(12), 2);
   for (const double seconds : {1e-9, 1e-4, 100.0}) {
-    TaskOptions options = samples(12);
-    options.slice_target_seconds = seconds;
-    EXPECT_EQ(digest_of(view, options, 2), usual) << seconds;
+    EXPECT_EQ(digest_of(view, samples(12, seconds), 2), usual) << seconds;
   }
 }
 
@@ -143,17 +124,10 @@ TEST(RenderTaskBits, AreIndependentOfKillAndResume) {
     // Killed up to three times, each time after several slices, with one slice lost.
     for (int kill = 0; kill < 3; ++kill) {
       RecordingSink sink;
-      TaskOptions options = samples(12);
-      options.slice_target_seconds = 1e-6;
-      RenderTask task(renderer, film, options, sink);
-      const int count = static_cast<int>(random.bits() % 25);
-      for (int i = 0; i < count && !task.finished(); ++i) {
-        if (const auto slice = task.take()) {
-          task.run(*slice);
-        }
-      }
+      RenderTask task(renderer, film, samples(12, 1e-6), sink);
+      run_slices(task, static_cast<int>(random.bits() % 25));
       (void)task.take();  // taken, never run
-      film = reloaded(view, *film);
+      film = restored(*film);
     }
     RecordingSink sink;
     RenderTask task(renderer, film, samples(12), sink);
@@ -177,7 +151,7 @@ TEST(RenderTaskBits, AreIndependentOfCancelDuringASliceAndResume) {
       });
       core::run_to_end(task, 2);
     }
-    film = reloaded(view, *film);
+    film = restored(*film);
     RecordingSink sink;
     RenderTask task(renderer, film, samples(64), sink);
     core::run_to_end(task, 2);
@@ -331,17 +305,11 @@ TEST(RenderTaskStop, ClockKeepsACompletePassAfterARestartDuringAPass) {
   auto film = film_of(view);
   {
     RecordingSink sink;
-    TaskOptions options = samples(64);
-    options.slice_target_seconds = 1e-9;
-    RenderTask task(renderer, film, options, sink);
-    for (int i = 0; i < 40; ++i) {
-      if (const auto slice = task.take()) {
-        task.run(*slice);
-      }
-    }
+    RenderTask task(renderer, film, samples(64, 1e-9), sink);
+    run_slices(task, 40);
     ASSERT_GT(tiles_apart(*film), 0) << "the test requires a film in the middle of a pass";
   }
-  film = reloaded(view, *film);
+  film = restored(*film);
   RecordingSink sink;
   TaskOptions options;
   options.stop.deadline_unix_seconds = 1;
@@ -355,14 +323,8 @@ TEST(RenderTaskStop, ClockSetDuringAPassKeepsACompletePass) {
   const core::View view = small_view();
   const auto film = film_of(view);
   RecordingSink sink;
-  TaskOptions options = samples(64);
-  options.slice_target_seconds = 1e-9;
-  RenderTask task(renderer_of(view), film, options, sink);
-  for (int i = 0; i < 40; ++i) {
-    if (const auto slice = task.take()) {
-      task.run(*slice);
-    }
-  }
+  RenderTask task(renderer_of(view), film, samples(64, 1e-9), sink);
+  run_slices(task, 40);
   ASSERT_GT(tiles_apart(*film), 0);
   StopRules stop;
   stop.deadline_unix_seconds = 1;
@@ -388,8 +350,7 @@ TEST(RenderTaskStop, ErrorChecksAreInOrderAndTheEndComesLast) {
 }
 
 TEST(RenderTaskCancel, EndsWithinATenthOfASecond) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 480, 270);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(480, 270, 35);
   const auto renderer = renderer_of(view);
   for (const int delay_ms : {5, 40, 90}) {
     const auto film = film_of(view);

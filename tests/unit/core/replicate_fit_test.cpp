@@ -2,8 +2,6 @@
 // independent of scheduling.
 #include "core/film/replicate_fit.h"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 
 #include "core/integrators/registry.h"
@@ -11,6 +9,7 @@
 #include "core/render/task/settle.h"
 #include "core/sampling/optimal_mis.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -20,6 +19,8 @@ using core::FitType;
 using core::RenderTask;
 using core::ReplicateFit;
 using core::Rgb;
+using test_support::renderer_of;
+using test_support::samples;
 
 TEST(OptimalMis, SolvesItsLinearSystem) {
   // f = 3 p - 2 q for densities that take two values of p / m, 1/4 and 3/4.
@@ -117,23 +118,8 @@ TEST(ReplicateFit, AppliesOnlyToThePartner) {
   }
 }
 
-class Nobody final : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*reason*/) override {}
-};
-
-core::TaskOptions samples(int n, double slice_seconds = 0.05) {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = n;
-  options.slice_target_seconds = slice_seconds;
-  return options;
-}
-
 core::View small_view(bool regression) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 40, 36);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(40, 36, 35);
   view.settings.film.filter = {core::FilterType::kMitchell, 2};
   view.settings.seed = 42;
   view.settings.max_depth = 2;
@@ -145,15 +131,9 @@ core::View small_view(bool regression) {
   return view;
 }
 
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
-
 void go_on(const core::View& view, const std::shared_ptr<Film>& film, core::TaskOptions options,
            int threads) {
-  Nobody sink;
+  core::NullSink sink;
   RenderTask task(renderer_of(view), film, std::move(options), sink);
   core::run_to_end(task, threads);
 }
@@ -188,11 +168,7 @@ TEST(FittedBits, AreIndependentOfRestartsAndExtensions) {
     auto film = make_film(view.settings);
     for (const int count : {6, 24, 40, 64}) {
       go_on(view, film, samples(count), 2);
-      auto again = make_film(view.settings);
-      for (int t = 0; t < film->tile_count(); ++t) {
-        again->restore(t, film->tile(t), film->tile_revision(t));
-      }
-      film = again;
+      film = test_support::restored(*film);
     }
     EXPECT_EQ(film->digest(), whole) << regression;
     // The fit is part of the state: without it the film continues differently.

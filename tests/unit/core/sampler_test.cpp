@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>

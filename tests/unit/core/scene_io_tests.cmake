@@ -23,4 +23,4 @@ set(SCENE_IO_TEST_SOURCES
   ies_test.cpp
   settle_test.cpp
   split_gltf_test.cpp)
-set(SCENE_IO_TEST_LIBRARIES core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})
+set(SCENE_IO_TEST_LIBRARIES test_assets core_image_io meshoptimizer::meshoptimizer ${DRACO_LIBRARY})

@@ -21,11 +21,7 @@ std::stop_token stopped() {
   return source.get_token();
 }
 
-core::View cornell_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 16, 16);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
-  return view;
-}
+core::View cornell_view() { return test_support::cornell_view(16, 16, 40); }
 
 TEST(Settle, StopsWithoutAResult) {
   core::View measured = cornell_view();

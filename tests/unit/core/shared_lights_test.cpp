@@ -9,23 +9,17 @@
 #include "core/render/task/settle.h"
 #include "core/settings/sample_sets.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
-using core::Film;
 using core::RenderTask;
-
-class NullSink : public core::RenderSink {
- public:
-  void on_tile(int /*tile*/, std::uint32_t /*revision*/) override {}
-  void on_pass(const core::ConvergencePoint& /*point*/) override {}
-  void on_finished(core::StopReason /*why*/) override {}
-};
+using test_support::renderer_of;
+using test_support::samples;
 
 /// Squares of block x block pixels and `history` passes reuse samples.
 core::View shared_view(core::AdaptiveType adaptive, int block, int history) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 41, 37);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(41, 37, 35);
   view.settings.film.filter = {core::FilterType::kMitchell, 2};
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
   view.settings.light_sampler = core::LightSamplerType::kRestir;
@@ -37,25 +31,10 @@ core::View shared_view(core::AdaptiveType adaptive, int block, int history) {
   return view;
 }
 
-core::TaskOptions options_of(double slice_seconds, int samples = 60) {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = samples;
-  options.slice_target_seconds = slice_seconds;
-  return options;
-}
-
-std::shared_ptr<Film> film_of(const core::View& view) { return make_film(view.settings); }
-
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
-
 std::string digest_of(const core::View& view, double slice_seconds, int threads) {
-  const auto film = film_of(view);
-  NullSink sink;
-  RenderTask task(renderer_of(view), film, options_of(slice_seconds), sink);
+  const auto film = make_film(view.settings);
+  core::NullSink sink;
+  RenderTask task(renderer_of(view), film, samples(60, slice_seconds), sink);
   core::run_to_end(task, threads);
   return film->digest();
 }
@@ -81,15 +60,6 @@ TEST(SharedLightBits, AreIndependentOfThreadsAndSlices) {
   }
 }
 
-/// Resumes the film in another process: only its tiles remain of the first.
-std::shared_ptr<Film> reloaded(const core::View& view, const Film& film) {
-  const auto again = film_of(view);
-  for (int t = 0; t < film.tile_count(); ++t) {
-    again->restore(t, film.tile(t), film.tile_revision(t));
-  }
-  return again;
-}
-
 // The content of a checkpoint suffices: groups keep no state from before, and no slice ends within
 // a window.
 TEST(SharedLightBits, AreIndependentOfKillAndResume) {
@@ -97,22 +67,18 @@ TEST(SharedLightBits, AreIndependentOfKillAndResume) {
     const core::View view = shared_view(core::AdaptiveType::kNone, block, history);
     const std::string calm = digest_of(view, 100, 1);
     for (int taken = 3; taken < 16; taken += 5) {
-      const auto film = film_of(view);
+      const auto film = make_film(view.settings);
       {
-        NullSink sink;
-        RenderTask task(renderer_of(view), film, options_of(1e-3), sink);
-        for (int i = 0; i < taken; ++i) {
-          if (const auto slice = task.take()) {
-            task.run(*slice);
-          }
-        }
+        core::NullSink sink;
+        RenderTask task(renderer_of(view), film, samples(60, 1e-3), sink);
+        test_support::run_slices(task, taken);
       }
       for (int t = 0; t < film->tile_count(); ++t) {
         EXPECT_EQ(film->tile_samples(t) % core::shared_window(view.settings), 0);
       }
-      const auto again = reloaded(view, *film);
-      NullSink sink;
-      RenderTask task(renderer_of(view), again, options_of(0.02), sink);
+      const auto again = test_support::restored(*film);
+      core::NullSink sink;
+      RenderTask task(renderer_of(view), again, samples(60), sink);
       core::run_to_end(task, 2);
       EXPECT_EQ(again->digest(), calm) << taken;
     }
@@ -122,13 +88,13 @@ TEST(SharedLightBits, AreIndependentOfKillAndResume) {
 TEST(SharedLightBits, AreIndependentOfExtension) {
   const core::View view = shared_view(core::AdaptiveType::kNone, 3, 4);
   const std::string at_once = digest_of(view, 100, 1);
-  const auto film = film_of(view);
-  NullSink sink;
-  RenderTask first(renderer_of(view), film, options_of(1e-3, 41), sink);
+  const auto film = make_film(view.settings);
+  core::NullSink sink;
+  RenderTask first(renderer_of(view), film, samples(41, 1e-3), sink);
   core::run_to_end(first, 2);
   EXPECT_EQ(film->tile_samples(0), 48) << "whole windows";
-  const auto again = reloaded(view, *film);
-  RenderTask second(renderer_of(view), again, options_of(1e-3), sink);
+  const auto again = test_support::restored(*film);
+  RenderTask second(renderer_of(view), again, samples(60, 1e-3), sink);
   core::run_to_end(second, 2);
   EXPECT_EQ(again->digest(), at_once);
 }

@@ -2,7 +2,6 @@
 // renderer made are refused.
 #include "core/render/units/slice_work.h"
 
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -17,36 +16,19 @@
 #include "core/render/units/unit_renderer.h"
 #include "core/settings/choices.h"
 #include "tests/support/scenes.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
 using core::SliceWork;
 using core::WorkPart;
-
-class QuietSink : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
+using test_support::renderer_of;
+using test_support::samples;
 
 core::View small_view() {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 70, 45);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 35);
+  core::View view = test_support::cornell_view(70, 45, 35);
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
   return view;
-}
-
-std::shared_ptr<const core::Renderer> renderer_of(const core::View& view) {
-  auto renderer = test_support::settled_renderer(view);
-  EXPECT_TRUE(renderer);
-  return *renderer;
-}
-
-core::TaskOptions samples(int n) {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = n;
-  return options;
 }
 
 using Film = std::shared_ptr<const core::Film>;
@@ -58,7 +40,7 @@ Film lent_film(
   const auto here = renderer_of(view);
   core::UnitRenderer elsewhere(renderer_of(view));
   auto film = core::make_film(view.settings);
-  QuietSink sink;
+  core::NullSink sink;
   core::RenderTask task(here, film, samples(sample_count), sink);
   while (!task.finished()) {
     std::vector<SliceWork> given;
@@ -93,7 +75,7 @@ Film lent_film(
 
 Film local_film(const core::View& view, int sample_count) {
   auto film = core::make_film(view.settings);
-  QuietSink sink;
+  core::NullSink sink;
   core::RenderTask task(renderer_of(view), film, samples(sample_count), sink);
   core::run_to_end(task, 1);
   return film;
@@ -186,7 +168,7 @@ TEST(SliceWork, DoesNotSendAPrepassForAllSamples) {
   view.settings.cache.rays = 16;
   view.settings.cache.tolerance = 1;
   auto film = core::make_film(view.settings);
-  QuietSink sink;
+  core::NullSink sink;
   core::RenderTask task(renderer_of(view), film, samples(2), sink);
   EXPECT_FALSE(task.can_lend());
   EXPECT_FALSE(task.take(core::RenderTask::Process::kOther));
@@ -219,7 +201,7 @@ TEST(SliceWork, DetectsAMissingLightPath) {
 TEST(SliceWork, IsTakenAgainAfterItIsReturned) {
   const core::View view = small_view();
   auto film = core::make_film(view.settings);
-  QuietSink sink;
+  core::NullSink sink;
   core::RenderTask task(renderer_of(view), film, samples(4), sink);
   for (int i = 0; i < 20; ++i) {
     const auto slice = task.take();
@@ -248,7 +230,7 @@ class SliceResult : public ::testing::Test {
 
   core::View view_ = small_view();
   std::shared_ptr<core::Film> film_;
-  QuietSink sink_;
+  core::NullSink sink_;
   core::RenderTask task_;
   SliceWork given_;
   SliceWork done_;

@@ -2,7 +2,6 @@
 // one. z-tests have a limit of 4.5 standard deviations, a false alarm rate of 7e-6 each.
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <random>
 
 #include <gtest/gtest.h>

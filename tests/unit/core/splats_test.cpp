@@ -13,6 +13,7 @@
 #include "tests/support/caustic.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
+#include "tests/support/tasks.h"
 
 namespace {
 
@@ -20,6 +21,7 @@ using core::Film;
 using core::LightBatch;
 using core::Rgb;
 using core::SplatPixel;
+using test_support::samples;
 
 constexpr int kWidth = 80;
 constexpr int kHeight = 40;
@@ -192,20 +194,6 @@ TEST(LightPaths, CropEqualsTheCropOfTheFullImage) {
   EXPECT_GT(b.pixels[0].mean_r, 0);
 }
 
-class NoSink final : public core::RenderSink {
- public:
-  void on_tile(int, std::uint32_t) override {}
-  void on_pass(const core::ConvergencePoint&) override {}
-  void on_finished(core::StopReason) override {}
-};
-
-core::TaskOptions eight_samples() {
-  core::TaskOptions options;
-  options.stop.samples_per_pixel = 8;
-  options.slice_target_seconds = 1e-4;
-  return options;
-}
-
 /// Tiles after some slices, and splats after half as many.
 struct Checkpoint {
   std::shared_ptr<Film> film;
@@ -214,8 +202,8 @@ struct Checkpoint {
 
 Checkpoint checkpoint_after(const std::shared_ptr<const core::Renderer>& renderer, int slices) {
   Checkpoint out = {make_film(renderer->view().settings), {}};
-  NoSink sink;
-  core::RenderTask task(renderer, out.film, eight_samples(), sink);
+  core::NullSink sink;
+  core::RenderTask task(renderer, out.film, samples(8, 1e-4), sink);
   for (int i = 0; i < slices; ++i) {
     if (i == slices / 2) {
       out.splats = out.film->splats();
@@ -229,13 +217,10 @@ Checkpoint checkpoint_after(const std::shared_ptr<const core::Renderer>& rendere
 
 std::string digest_resumed_from(const std::shared_ptr<const core::Renderer>& renderer,
                                 const Checkpoint& from) {
-  const auto film = make_film(renderer->view().settings);
-  for (int t = 0; t < film->tile_count(); ++t) {
-    film->restore(t, from.film->tile(t), from.film->tile_revision(t));
-  }
+  const auto film = test_support::restored(*from.film);
   film->restore_splats(from.splats);
-  NoSink sink;
-  core::RenderTask task(renderer, film, eight_samples(), sink);
+  core::NullSink sink;
+  core::RenderTask task(renderer, film, samples(8, 1e-4), sink);
   core::run_to_end(task, 3);
   return film->digest();
 }

@@ -97,8 +97,7 @@ TEST(MeasureSplit, IsIndependentOfExposure) {
 }
 
 TEST(MeasureSplit, IsReproducible) {
-  core::View view = test_support::view_of(test_support::build(test_support::cornell()), 16, 16);
-  test_support::look_at(view, {0.5F, 0.5F, 2.2F}, {0.5F, 0.5F, 0}, 40);
+  core::View view = test_support::cornell_view(16, 16, 40);
   view.settings.estimator.splitting = core::SplittingType::kMeasured;
   const auto a = test_support::render(view, 4, 1);
   const auto b = test_support::render(view, 4, 2);

@@ -1,6 +1,5 @@
 // Which triangles of a textured emitter are lights, and the power that light samplers assign to
 // them.
-#include <cmath>
 
 #include <gtest/gtest.h>
 

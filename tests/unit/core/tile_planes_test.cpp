@@ -3,8 +3,6 @@
 
 #include <cstring>
 #include <set>
-#include <string>
-#include <type_traits>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -8,7 +8,6 @@
 #include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -499,7 +498,7 @@ Setting setting(std::uint64_t seed, Fault fault = Fault::kNone, Drawn drawn = Dr
   add_lights(scene, draw, still_more, fault);
   auto environment = sky(draw, fault);
   core::add_ground(scene, below);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), kSide, kSide);
   view.environment = std::move(environment);
   set_camera(view, draw, still_more, fault);
   view.settings.ground = below;
@@ -628,7 +627,7 @@ core::View ball_before_another(int split_count) {
   core::GroundSettings below;
   below.type = core::GroundType::kCatcher;
   core::add_ground(scene, below);
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 3 * kSide, kSide);
+  core::View view = test_support::view_of(std::move(scene), 3 * kSide, kSide);
   view.environment = *core::make_environment({});
   view.camera.position = {0, 0.5F, 2.5F};
   view.camera.target = {0, 0.4F, 0};

@@ -2,11 +2,9 @@
 // use the same random numbers, so results differ only by rounding.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -282,7 +280,7 @@ core::View balls(const std::vector<core::MaterialDescription>& materials) {
         test_support::sphere({0.2F + 0.3F * static_cast<float>(i), 0.2F, 0.5F}, 0.15F, 8, false,
                              first + static_cast<int>(i)));
   }
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 45, 40);
+  core::View view = test_support::view_of(std::move(scene), 45, 40);
   test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
   view.environment = test_support::constant_sky({0.2F, 0.3F, 0.4F});
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
@@ -480,7 +478,7 @@ core::View textured(float normal_scale = 0.7F) {
     }
     scene.meshes[0].primitives.push_back(std::move(primitive));
   }
-  core::View view = test_support::view_of(test_support::build(std::move(scene)), 45, 40);
+  core::View view = test_support::view_of(std::move(scene), 45, 40);
   test_support::look_at(view, {0.5F, 0.5F, 2.4F}, {0.5F, 0.5F, 0}, 30);
   view.settings.film.albedo = view.settings.film.normal = view.settings.film.depth = true;
   return view;

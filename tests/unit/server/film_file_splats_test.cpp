@@ -1,15 +1,15 @@
 #include <gtest/gtest.h>
 
 #include "server/store/film_file.h"
-#include "tests/unit/server/server_test_support.h"
+#include "tests/unit/server/film_files.h"
 
 namespace {
 
 using server::FilmFile;
 using server::FilmRecord;
+using test_support::FilmFiles;
 using test_support::made_tile;
 using test_support::small_film;
-using test_support::TemporaryFolder;
 
 /// Adds the pixels of tiles without samples, as restoring a checkpoint with splats does.
 void fill_missing(core::Film& film) {
@@ -18,9 +18,7 @@ void fill_missing(core::Film& film) {
   }
 }
 
-TEST(FilmFile, RestoresSplatsWithTheirLightSamples) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresSplatsWithTheirLightSamples) {
   const auto made = [] {
     return core::Film(small_film(), 2, core::PixelErrors::kCorrelated, true);
   };
@@ -49,9 +47,7 @@ TEST(FilmFile, RestoresSplatsWithTheirLightSamples) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without splats";
 }
 
-TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.meter.points.assign(20, {{0, 0, 0}, {0, 1, 0}});  // two chunks
@@ -77,9 +73,7 @@ TEST(FilmFile, RestoresAMeterFromTheNewestCompleteCheckpoint) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without a meter";
 }
 
-TEST(FilmFile, RestoresSharesOfTheLight) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresSharesOfTheLight) {
   core::FilmSettings settings = small_film();
   settings.shares = {{.layer = "bounce:1", .group = {}, .strategy = {}},
                      {.layer = "light:lamp", .group = "lamp", .strategy = {}}};
@@ -99,9 +93,7 @@ TEST(FilmFile, RestoresSharesOfTheLight) {
   EXPECT_FALSE(FilmFile::open(path)->restore(other)) << "a film without shares";
 }
 
-TEST(FilmFile, RestoresLabelsAndMattes) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresLabelsAndMattes) {
   core::FilmSettings settings = small_film();
   settings.instance = settings.material_mattes = true;
   core::Film film(settings, 2);

@@ -1,6 +1,5 @@
 #include "server/store/film_file.h"
 
-#include <cmath>
 #include <csignal>
 #include <cstring>
 
@@ -10,15 +9,16 @@
 #include <zlib.h>
 
 #include "tests/unit/server/failing_reads.h"
+#include "tests/unit/server/film_files.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {
 
 using server::FilmFile;
 using server::FilmRecord;
+using test_support::FilmFiles;
 using test_support::made_tile;
 using test_support::small_film;
-using test_support::TemporaryFolder;
 
 FilmRecord record_of(int samples) {
   FilmRecord record;
@@ -64,9 +64,7 @@ std::uint64_t blocks_of(const std::string& path) {
   return static_cast<std::uint64_t>(info.st_blocks);
 }
 
-TEST(FilmFile, RestoresAFilmBitForBit) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresAFilmBitForBit) {
   const std::string digest = write_two(path).second;
   core::Film film(small_film(), 2);
   const auto record = load(path, film);
@@ -84,9 +82,7 @@ TEST(FilmFile, RestoresAFilmBitForBit) {
   EXPECT_EQ(film.tile(3).rejected_samples, 3U);
 }
 
-TEST(FilmFile, RestoresErrorsFromSquares) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresErrorsFromSquares) {
   core::Film film(small_film(), 2);
   FilmRecord written = record_of(2);
   written.points[0].error = core::error_interval(0.2, 0.1, 0.01, core::ErrorForm::kSquares);
@@ -105,9 +101,7 @@ TEST(FilmFile, RestoresErrorsFromSquares) {
   EXPECT_NEAR(record->points[0].error.high, 0.25 + 0.1 + 0.01, 1e-12);
 }
 
-TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresSecondsSpentOutsideSamples) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -120,9 +114,7 @@ TEST(FilmFile, RestoresSecondsSpentOutsideSamples) {
   EXPECT_EQ(again.cpu_seconds(), of_samples + 3);
 }
 
-TEST(FilmFile, ReadsAHeaderOfTheFirstVersion) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, ReadsAHeaderOfTheFirstVersion) {
   const std::string digest = write_two(path).second;
   std::string data = test_support::read_file(path);
   // Checkpoint 2 is in head 0: without the eight bytes after the first 64.
@@ -143,9 +135,7 @@ TEST(FilmFile, ReadsAHeaderOfTheFirstVersion) {
   EXPECT_EQ(record->elapsed_seconds, 2.0);
 }
 
-TEST(FilmFile, StoresTheArithmeticWithAnyNumberOfPoints) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, StoresTheArithmeticWithAnyNumberOfPoints) {
   core::Film film(small_film(), 2);
   fill(film, 2);
   server::FilmRecord record = record_of(2);
@@ -207,9 +197,7 @@ std::string decisions_of(const core::Film& film) {
   return text;
 }
 
-TEST(FilmFile, RestoresAdaptivePlans) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresAdaptivePlans) {
   core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -238,9 +226,7 @@ TEST(FilmFile, RestoresAdaptivePlans) {
   EXPECT_EQ(load(path, plain).error().where, "");  // clients see it
 }
 
-TEST(FilmFile, RestoresFittedCoefficients) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RestoresFittedCoefficients) {
   core::RenderSettings settings;
   settings.film = small_film();
   settings.estimator.mis = core::MisType::kOptimal;
@@ -278,9 +264,7 @@ TEST(FilmFile, RestoresFittedCoefficients) {
   EXPECT_EQ(load(path, plain).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   core::Film film(adaptive_film(), core::PixelErrors::kIndependent, false);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -307,8 +291,7 @@ TEST(FilmFile, DamagedPlanRestoresThePreviousCheckpointWithItsPlans) {
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, RevisionsContinueAfterARestart) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, RevisionsContinueAfterARestart) {
   write_two(folder.file("a.film"));
   core::Film film(small_film(), 2);
   ASSERT_TRUE(load(folder.file("a.film"), film));
@@ -316,8 +299,7 @@ TEST(FilmFile, RevisionsContinueAfterARestart) {
   EXPECT_EQ(film.commit(0, made_tile(film, 0, 6)), 13U);
 }
 
-TEST(FilmFile, NewFileGivesAnEmptyFilm) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, NewFileGivesAnEmptyFilm) {
   core::Film film(small_film(), 2);
   const auto record = load(folder.file("new.film"), film);
   ASSERT_TRUE(record);
@@ -325,9 +307,7 @@ TEST(FilmFile, NewFileGivesAnEmptyFilm) {
   EXPECT_TRUE(record->points.empty());
 }
 
-TEST(FilmFile, WritesOnlyChangedTiles) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, WritesOnlyChangedTiles) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -343,9 +323,7 @@ TEST(FilmFile, WritesOnlyChangedTiles) {
   EXPECT_EQ(again.digest(), film.digest());
 }
 
-TEST(FilmFile, FinalFilmReleasesItsOldSlots) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, FinalFilmReleasesItsOldSlots) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -363,9 +341,7 @@ TEST(FilmFile, FinalFilmReleasesItsOldSlots) {
 
 /// Tears the newer checkpoint: after a power loss every byte range of the file may be old or new,
 /// but data synced before is complete.
-TEST(FilmFile, TornCheckpointKeepsThePreviousOne) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, TornCheckpointKeepsThePreviousOne) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
@@ -405,9 +381,7 @@ TEST(FilmFile, TornCheckpointKeepsThePreviousOne) {
   }
 }
 
-TEST(FilmFile, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   const auto [old_digest, new_digest] = write_two(path);
   const std::string whole = test_support::read_file(path);
   int went_back = 0;
@@ -424,9 +398,7 @@ TEST(FilmFile, DamagedTileRevertsTheWholeFilmByOneCheckpoint) {
   EXPECT_GT(went_back, 0);
 }
 
-TEST(FilmFile, ReportsDamageToBothCheckpoints) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, ReportsDamageToBothCheckpoints) {
   write_two(path);
   std::string content = test_support::read_file(path);
   for (std::size_t i = 100; i < content.size(); i += 512) {
@@ -440,9 +412,7 @@ TEST(FilmFile, ReportsDamageToBothCheckpoints) {
 }
 
 // What cannot be read may be whole: neither an older checkpoint nor a blank film stands for it.
-TEST(FilmFile, AFailedReadIsNoDamage) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, AFailedReadIsNoDamage) {
   const std::string empty_digest = core::Film(small_film(), 2).digest();
   for (const int checkpoints : {1, 2}) {
     std::string digest = write_two(path).second;
@@ -475,9 +445,7 @@ TEST(FilmFile, AFailedReadIsNoDamage) {
   }
 }
 
-TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, TruncatedFileNeverGivesAWrongFilm) {
   const auto [old_digest, new_digest] = write_two(path);
   const std::string whole = test_support::read_file(path);
   const std::string empty_digest = core::Film(small_film(), 2).digest();
@@ -491,9 +459,7 @@ TEST(FilmFile, TruncatedFileNeverGivesAWrongFilm) {
   }
 }
 
-TEST(FilmFile, RefusesAFilmOfAnotherSize) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, RefusesAFilmOfAnotherSize) {
   write_two(path);
   core::FilmSettings other = small_film();
   other.width = 71;
@@ -503,9 +469,7 @@ TEST(FilmFile, RefusesAFilmOfAnotherSize) {
   EXPECT_EQ(load(path, more_replicates).error().code, core::ErrorCode::kConflict);
 }
 
-TEST(FilmFile, LastCheckpointIsValidAfterAFailedWrite) {
-  const TemporaryFolder folder;
-  const std::string path = folder.file("a.film");
+TEST_F(FilmFiles, LastCheckpointIsValidAfterAFailedWrite) {
   const std::string digest = write_two(path).second;
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(path);
@@ -527,8 +491,7 @@ TEST(FilmFile, LastCheckpointIsValidAfterAFailedWrite) {
   EXPECT_TRUE(file->write(film, record_of(6), false));
 }
 
-TEST(FilmFile, ThinsThousandsOfPointsButKeepsTheNewest) {
-  const TemporaryFolder folder;
+TEST_F(FilmFiles, ThinsThousandsOfPointsButKeepsTheNewest) {
   core::Film film(small_film(), 2);
   auto file = FilmFile::open(folder.file("a.film"));
   ASSERT_TRUE(file->restore(film));

@@ -14,7 +14,6 @@ namespace {
 
 using http_test::Client;
 using http_test::get;
-using http_test::post;
 using http_test::TestServer;
 using std::chrono::milliseconds;
 using std::chrono::seconds;

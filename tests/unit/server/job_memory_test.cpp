@@ -7,7 +7,6 @@ namespace {
 
 using api::JobState;
 using server::JobPointer;
-using test_support::kForever;
 class JobsMemory : public test_support::JobsFixture {};
 
 /// Paused jobs in memory and one that runs: with memory for one film, every start parks another

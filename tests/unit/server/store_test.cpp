@@ -22,7 +22,6 @@ namespace {
 
 using server::Access;
 using server::Database;
-using server::EventRow;
 using server::JobQuery;
 using server::JobRow;
 using server::JobTable;

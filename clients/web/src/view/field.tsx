@@ -9,11 +9,13 @@ export const refusalsAt = (items: FieldError[], pointers: string[]): FieldError[
     pointers.some((p) => item.pointer === p || item.pointer.startsWith(`${p}/`)),
   );
 
-interface FieldProps {
+export interface FieldProps {
   label: string;
   /** JSON pointers of the request's members that this field sets. */
-  pointers: string[];
+  pointers?: string[];
   hint?: ComponentChildren;
+  /** Refusals of the request; those of the job unless given. */
+  refused?: FieldError[];
   children: (attributes: {
     id: string;
     'aria-describedby': string;
@@ -22,9 +24,10 @@ interface FieldProps {
 }
 
 /** A labelled control with its explanation and the server's refusals. */
-export function Field({ label, pointers, hint, children }: FieldProps) {
+export function Field({ label, pointers = [], hint, refused, children }: FieldProps) {
   const id = useId();
-  const wrong = refusalsAt(useStore(refusals), pointers);
+  const ofJob = useStore(refusals);
+  const wrong = refusalsAt(refused ?? ofJob, pointers);
   return (
     <div class={`field${wrong.length ? ' field-wrong' : ''}`}>
       <label for={id}>{label}</label>
@@ -69,5 +72,20 @@ export function NumberInput({ value, onValue, ...rest }: NumberProps) {
         onValue(e.currentTarget.valueAsNumber)
       }
     />
+  );
+}
+
+/** A labelled number. */
+export function NumberField({
+  label,
+  pointers,
+  hint,
+  refused,
+  ...input
+}: Omit<FieldProps, 'children'> & NumberProps) {
+  return (
+    <Field label={label} pointers={pointers} hint={hint} refused={refused}>
+      {(a) => <NumberInput {...a} {...input} />}
+    </Field>
   );
 }

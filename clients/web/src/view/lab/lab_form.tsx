@@ -1,47 +1,17 @@
-import { useId } from 'preact/hooks';
-import type { ComponentChildren } from 'preact';
 import type { Experiment, FieldError } from 'tessera-render';
 import { number } from '../../ui/format';
 import { MathText } from '../../ui/math_text';
-import { NumberInput, refusalsAt } from '../field';
+import { Field, NumberInput, type FieldProps } from '../field';
 import type { LabForm } from './lab_model';
 
-interface RowProps {
-  label: string;
+interface RowProps extends Omit<FieldProps, 'pointers'> {
   /** JSON pointer of the request. */
   pointer: string;
   hint: string;
-  wrong: FieldError[];
-  children: (attributes: {
-    id: string;
-    'aria-describedby': string;
-    'aria-invalid': boolean;
-  }) => ComponentChildren;
 }
 
-function Row({ label, pointer, hint, wrong, children }: RowProps) {
-  const id = useId();
-  const refused = refusalsAt(wrong, [pointer])
-    .map((w) => w.detail)
-    .join(' ');
-  return (
-    <div class={`field${refused ? ' field-wrong' : ''}`}>
-      <label for={id}>{label}</label>
-      {children({
-        id,
-        'aria-describedby': `${id}-hint ${id}-wrong`,
-        'aria-invalid': refused !== '',
-      })}
-      {hint && (
-        <p class="hint" id={`${id}-hint`}>
-          <MathText text={hint} />
-        </p>
-      )}
-      <p class="wrong" id={`${id}-wrong`} role={refused ? 'alert' : undefined}>
-        {refused}
-      </p>
-    </div>
-  );
+function Row({ pointer, hint, ...rest }: RowProps) {
+  return <Field pointers={[pointer]} hint={hint && <MathText text={hint} />} {...rest} />;
 }
 
 const biasWords: Record<string, string> = {
@@ -70,7 +40,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
       <Row
         label="Estimator"
         pointer="/estimator"
-        wrong={wrong}
+        refused={wrong}
         hint={`${estimator?.summary ?? ''} ${biasWords[estimator?.bias ?? ''] ?? ''}`}
       >
         {(attributes) => (
@@ -88,7 +58,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
       <Row
         label="Sampler"
         pointer="/sampler"
-        wrong={wrong}
+        refused={wrong}
         hint={experiment.samplers.length > 1 ? '' : 'The only one that this experiment takes.'}
       >
         {(attributes) => (
@@ -108,7 +78,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
           key={p.name}
           label={named(p.name)}
           pointer={`/params/${p.name}`}
-          wrong={wrong}
+          refused={wrong}
           hint={`${p.summary} ${number(p.min)} to ${number(p.max)}.`}
         >
           {(attributes) => (
@@ -126,7 +96,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
       <Row
         label={`n, ${experiment.unit}`}
         pointer="/n"
-        wrong={wrong}
+        refused={wrong}
         hint="Comma-separated; one plot point per value."
       >
         {(attributes) => (
@@ -141,7 +111,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
         )}
       </Row>
       <div class="pair">
-        <Row label="Replicates" pointer="/replicates" wrong={wrong} hint="Repetitions at each n.">
+        <Row label="Replicates" pointer="/replicates" refused={wrong} hint="Repetitions at each n.">
           {(attributes) => (
             <NumberInput
               {...attributes}
@@ -155,7 +125,7 @@ export function Choices({ experiment, form, wrong, onChange }: ChoicesProps) {
         <Row
           label="Seed"
           pointer="/seed"
-          wrong={wrong}
+          refused={wrong}
           hint="The same seed gives the same numbers."
         >
           {(attributes) => (

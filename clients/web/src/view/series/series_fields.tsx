@@ -1,5 +1,5 @@
 import { useStore } from '../../ui/store';
-import { Field, NumberInput } from '../field';
+import { Field, NumberField } from '../field';
 import { change, form } from '../submit/form_model';
 import { isAnimated, sceneDetails } from '../submit/scene_source';
 
@@ -18,23 +18,18 @@ export function SeriesFields() {
     <details class="advanced" data-testid="series-fields">
       <summary>Series</summary>
       <div class="advanced-body">
-        <Field
+        <NumberField
           label="Views around the model"
           pointers={['/matrix']}
           hint="One full turn in equal steps, at the height and distance of your view."
-        >
-          {(a) => (
-            <NumberInput
-              {...a}
-              data-testid="views"
-              value={v.views}
-              min={1}
-              max={viewsAtMost}
-              step={1}
-              onValue={(views) => change({ views: whole(views, viewsAtMost) })}
-            />
-          )}
-        </Field>
+
+          data-testid="views"
+          value={v.views}
+          min={1}
+          max={viewsAtMost}
+          step={1}
+          onValue={(views) => change({ views: whole(views, viewsAtMost) })}
+        />
         {variants.length > 1 && (
           <label class="check">
             <input
@@ -49,7 +44,7 @@ export function SeriesFields() {
         {v.environment === 'sun' && (
           <Field
             label="Times of the day"
-            pointers={[]}
+
             hint="From the time of the sun above until midnight; the hours of the night are dark."
           >
             {(a) => (
@@ -69,31 +64,23 @@ export function SeriesFields() {
         )}
         {isAnimated(scene) && (
           <div class="pair">
-            <Field label="Animation frames" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  data-testid="frames"
-                  value={v.frames}
-                  min={1}
-                  max={framesAtMost}
-                  step={1}
-                  onValue={(frames) => change({ frames: whole(frames, framesAtMost) })}
-                />
-              )}
-            </Field>
-            <Field label="Frames per second" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  data-testid="frames-per-second"
-                  value={v.framesPerSecond}
-                  min={1}
-                  step="any"
-                  onValue={(framesPerSecond) => framesPerSecond > 0 && change({ framesPerSecond })}
-                />
-              )}
-            </Field>
+            <NumberField
+              label="Animation frames"
+              data-testid="frames"
+              value={v.frames}
+              min={1}
+              max={framesAtMost}
+              step={1}
+              onValue={(frames) => change({ frames: whole(frames, framesAtMost) })}
+            />
+            <NumberField
+              label="Frames per second"
+              data-testid="frames-per-second"
+              value={v.framesPerSecond}
+              min={1}
+              step="any"
+              onValue={(framesPerSecond) => framesPerSecond > 0 && change({ framesPerSecond })}
+            />
           </div>
         )}
       </div>

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import type { Server, TypeInfo } from 'tessera-render';
 import { useStore } from '../../ui/store';
-import { Field, NumberInput, refusalsAt } from '../field';
+import { Field, NumberField, refusalsAt } from '../field';
 import { change, form, refusals, type FormValues } from './form_model';
 import { IntegratorOptions } from './integrator_options';
 import { OtherSettings } from './other_settings';
@@ -128,21 +128,16 @@ function AdvancedBody({ info }: { info: Server | null }) {
         onValue={(integrator) => change({ integrator, integratorOptions: {} })}
       />
       <IntegratorOptions key={v.integrator} info={info} />
-      <Field
+      <NumberField
         label="Maximum bounces"
         pointers={['/integrator/max_depth']}
         hint="How many times light may bounce. 1 is direct light only; glass needs many."
-      >
-        {(a) => (
-          <NumberInput
-            {...a}
-            value={v.maxDepth ?? info?.defaults.integrator.max_depth}
-            min={0}
-            max={info?.limits.max_depth}
-            onValue={(maxDepth) => change({ maxDepth })}
-          />
-        )}
-      </Field>
+
+        value={v.maxDepth ?? info?.defaults.integrator.max_depth}
+        min={0}
+        max={info?.limits.max_depth}
+        onValue={(maxDepth) => change({ maxDepth })}
+      />
       <ChoiceField
         label="Sampler"
         pointer="/sampler"
@@ -180,30 +175,24 @@ function AdvancedBody({ info }: { info: Server | null }) {
       {animated && <TimeFields v={v} />}
       <OptionFields info={info} v={v} />
       <div class="pair">
-        <Field label="Seed" pointers={['/seed']}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              value={v.seed}
-              min={0}
-              max={info?.limits.seed}
-              step={1}
-              onValue={(seed) => change({ seed })}
-            />
-          )}
-        </Field>
-        <Field label="Priority" pointers={['/priority']}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              value={v.priority}
-              min={info ? -info.limits.priority : undefined}
-              max={info?.limits.priority}
-              step={1}
-              onValue={(priority) => change({ priority })}
-            />
-          )}
-        </Field>
+        <NumberField
+          label="Seed"
+          pointers={['/seed']}
+          value={v.seed}
+          min={0}
+          max={info?.limits.seed}
+          step={1}
+          onValue={(seed) => change({ seed })}
+        />
+        <NumberField
+          label="Priority"
+          pointers={['/priority']}
+          value={v.priority}
+          min={info ? -info.limits.priority : undefined}
+          max={info?.limits.priority}
+          step={1}
+          onValue={(priority) => change({ priority })}
+        />
       </div>
       <p class="hint">
         The same seed gives exactly the same image. A different seed gives different noise.
@@ -218,30 +207,24 @@ function TimeFields({ v }: { v: FormValues }) {
   return (
     <>
       <div class="pair">
-        <Field label="Animation time (s)" pointers={['/time_seconds']}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              data-testid="time-seconds"
-              value={v.timeSeconds ?? 0}
-              disabled={v.timeSeconds === null}
-              step="any"
-              onValue={(timeSeconds) => change({ timeSeconds })}
-            />
-          )}
-        </Field>
-        <Field label="Shutter (s)" pointers={['/shutter_seconds']}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              data-testid="shutter-seconds"
-              value={v.shutterSeconds}
-              min={0}
-              step="any"
-              onValue={(shutterSeconds) => change({ shutterSeconds })}
-            />
-          )}
-        </Field>
+        <NumberField
+          label="Animation time (s)"
+          pointers={['/time_seconds']}
+          data-testid="time-seconds"
+          value={v.timeSeconds ?? 0}
+          disabled={v.timeSeconds === null}
+          step="any"
+          onValue={(timeSeconds) => change({ timeSeconds })}
+        />
+        <NumberField
+          label="Shutter (s)"
+          pointers={['/shutter_seconds']}
+          data-testid="shutter-seconds"
+          value={v.shutterSeconds}
+          min={0}
+          step="any"
+          onValue={(shutterSeconds) => change({ shutterSeconds })}
+        />
       </div>
       <p class="hint">Whatever moves while the shutter is open is blurred; 0 blurs nothing.</p>
       <label class="check">

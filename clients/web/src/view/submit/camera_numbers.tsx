@@ -1,4 +1,4 @@
-import { Field, NumberInput } from '../field';
+import { NumberField, NumberInput } from '../field';
 import { change, cropPixels, cropOf, type FormValues, type Pose } from './form_model';
 import { poseOf, type Orbit } from './orbit';
 
@@ -40,53 +40,42 @@ export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Or
             ))}
           </fieldset>
         ))}
-        <Field label="Vertical field of view (°)" pointers={['/camera/vertical_fov_degrees']}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              data-testid="fov"
-              min={1}
-              max={179}
-              step="any"
-              value={short(pose.verticalFovDegrees)}
-              onValue={(degrees) =>
-                degrees > 0 &&
-                degrees < 180 &&
-                change({ pose: { ...pose, verticalFovDegrees: degrees } })
-              }
-            />
-          )}
-        </Field>
+        <NumberField
+          label="Vertical field of view (°)"
+          pointers={['/camera/vertical_fov_degrees']}
+          data-testid="fov"
+          min={1}
+          max={179}
+          step="any"
+          value={short(pose.verticalFovDegrees)}
+          onValue={(degrees) =>
+            degrees > 0 &&
+            degrees < 180 &&
+            change({ pose: { ...pose, verticalFovDegrees: degrees } })
+          }
+        />
         <div class="pair">
-          <Field
+          <NumberField
             label="Lens radius (mm)"
             pointers={['/camera/aperture_radius']}
             hint="Blurs what is out of focus; 0: everything is sharp."
-          >
-            {(a) => (
-              <NumberInput
-                {...a}
-                data-testid="aperture"
-                min={0}
-                step="any"
-                value={values.apertureMm}
-                onValue={(apertureMm) => change({ apertureMm })}
-              />
-            )}
-          </Field>
-          <Field label="Focus distance (m)" pointers={['/camera/focus_distance']}>
-            {(a) => (
-              <NumberInput
-                {...a}
-                data-testid="focus"
-                min={0}
-                step="any"
-                disabled={!(values.apertureMm > 0)}
-                value={values.focusM ?? short(lengthOf(pose))}
-                onValue={(focusM) => focusM > 0 && change({ focusM })}
-              />
-            )}
-          </Field>
+
+            data-testid="aperture"
+            min={0}
+            step="any"
+            value={values.apertureMm}
+            onValue={(apertureMm) => change({ apertureMm })}
+          />
+          <NumberField
+            label="Focus distance (m)"
+            pointers={['/camera/focus_distance']}
+            data-testid="focus"
+            min={0}
+            step="any"
+            disabled={!(values.apertureMm > 0)}
+            value={values.focusM ?? short(lengthOf(pose))}
+            onValue={(focusM) => focusM > 0 && change({ focusM })}
+          />
         </div>
         <fieldset class="triple triple-four">
           <legend>Crop (pixels)</legend>

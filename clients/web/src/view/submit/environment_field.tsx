@@ -2,7 +2,7 @@ import { useRef } from 'preact/hooks';
 import { filesOfInput } from '../../api/upload';
 import { useStore } from '../../ui/store';
 import { blackbodyColour } from './blackbody';
-import { Field, NumberInput } from '../field';
+import { Field, NumberField } from '../field';
 import {
   change,
   form,
@@ -94,7 +94,7 @@ export function EnvironmentField() {
         </button>
       )}
       {v.environment === 'file' && sent.length > 0 && (
-        <Field label="Sent earlier" pointers={[]}>
+        <Field label="Sent earlier">
           {(a) => (
             <select
               {...a}
@@ -119,7 +119,7 @@ export function EnvironmentField() {
       )}
       {v.environment === 'colour' && (
         <div class="pair pair-uneven">
-          <Field label="Preset" pointers={[]}>
+          <Field label="Preset">
             {(a) => (
               <select
                 {...a}
@@ -140,7 +140,7 @@ export function EnvironmentField() {
               </select>
             )}
           </Field>
-          <Field label="Colour" pointers={[]}>
+          <Field label="Colour">
             {(a) => (
               <input
                 {...a}
@@ -156,27 +156,19 @@ export function EnvironmentField() {
       {v.environment !== 'scene' && v.environment !== 'none' && (
         <>
           <div class="pair">
-            <Field label="Strength" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  value={v.environmentIntensity}
-                  min={0}
-                  step="any"
-                  onValue={(environmentIntensity) => change({ environmentIntensity })}
-                />
-              )}
-            </Field>
-            <Field label="Rotation (°)" pointers={[]}>
-              {(a) => (
-                <NumberInput
-                  {...a}
-                  value={v.environmentRotation}
-                  step="any"
-                  onValue={(environmentRotation) => change({ environmentRotation })}
-                />
-              )}
-            </Field>
+            <NumberField
+              label="Strength"
+              value={v.environmentIntensity}
+              min={0}
+              step="any"
+              onValue={(environmentIntensity) => change({ environmentIntensity })}
+            />
+            <NumberField
+              label="Rotation (°)"
+              value={v.environmentRotation}
+              step="any"
+              onValue={(environmentRotation) => change({ environmentRotation })}
+            />
           </div>
         </>
       )}
@@ -193,34 +185,26 @@ function SunFields() {
   return (
     <>
       <div class="pair">
-        <Field label="Latitude (north)" pointers={[]}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              value={v.sunLatitude}
-              min={-90}
-              max={90}
-              step="any"
-              onValue={(sunLatitude) => change({ sunLatitude })}
-            />
-          )}
-        </Field>
-        <Field label="Longitude (east)" pointers={[]}>
-          {(a) => (
-            <NumberInput
-              {...a}
-              value={v.sunLongitude}
-              min={-180}
-              max={180}
-              step="any"
-              onValue={(sunLongitude) => change({ sunLongitude })}
-            />
-          )}
-        </Field>
+        <NumberField
+          label="Latitude (north)"
+          value={v.sunLatitude}
+          min={-90}
+          max={90}
+          step="any"
+          onValue={(sunLatitude) => change({ sunLatitude })}
+        />
+        <NumberField
+          label="Longitude (east)"
+          value={v.sunLongitude}
+          min={-180}
+          max={180}
+          step="any"
+          onValue={(sunLongitude) => change({ sunLongitude })}
+        />
       </div>
       <Field
         label={`Date and time (${zone})`}
-        pointers={[]}
+
         hint="Strength 1 is the real sun, about 100,000 lux at noon, which exposure Auto shows."
       >
         {(a) => (
@@ -364,7 +348,7 @@ interface ShareFieldProps {
 /** A slider from 0 to 1, in percent. */
 function ShareField({ label, hint, testId, value, onValue }: ShareFieldProps) {
   return (
-    <Field label={label} pointers={[]} hint={hint}>
+    <Field label={label} hint={hint}>
       {(a) => (
         <span class="slider">
           <input

@@ -30,7 +30,7 @@ export function LookPresets() {
       <summary>Presets</summary>
       <div class="advanced-body">
         {names.length > 0 && (
-          <Field label="Use a preset" pointers={[]}>
+          <Field label="Use a preset">
             {(a) => (
               <select
                 {...a}
@@ -54,7 +54,7 @@ export function LookPresets() {
         )}
         <Field
           label="Name of a preset"
-          pointers={[]}
+
           hint={contents}
         >
           {(a) => (

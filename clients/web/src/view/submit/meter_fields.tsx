@@ -1,6 +1,6 @@
 import { useEffect } from 'preact/hooks';
 import { useStore } from '../../ui/store';
-import { Field, NumberInput, refusalsAt } from '../field';
+import { Field, NumberField, refusalsAt } from '../field';
 import { change, form, outputs, refusals, type Output } from './form_model';
 import { isLevel, workPlane, type LevelPlane } from './meter_model';
 import { sceneDetails } from './scene_source';
@@ -27,7 +27,7 @@ export function MeterFields() {
     <>
       <Field
         label="Result"
-        pointers={[]}
+
         hint={measures && 'Illuminance in lux at points of the scene, with 95% intervals.'}
       >
         {(a) => (
@@ -90,17 +90,14 @@ function PlaneFields() {
   const plane = useStore(form).plane!;
   const { place } = plane;
   const field = (name: string, label: string, value: number, onValue: (v: number) => void) => (
-    <Field key={name} label={label} pointers={[]}>
-      {(a) => (
-        <NumberInput
-          {...a}
-          data-testid={`meter-${name}`}
-          value={value}
-          step={label.endsWith(' m') ? 'any' : 1}
-          onValue={onValue}
-        />
-      )}
-    </Field>
+    <NumberField
+      key={name}
+      label={label}
+      data-testid={`meter-${name}`}
+      value={value}
+      step={label.endsWith(' m') ? 'any' : 1}
+      onValue={onValue}
+    />
   );
   const wrong = refusalsAt(useStore(refusals), ['/meter/plane']);
   return (

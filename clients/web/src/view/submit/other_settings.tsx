@@ -22,12 +22,10 @@ export function OtherSettings({ info }: { info: Server | null }) {
           pointers={[`/${name.replace(/\./g, '/')}`]}
           hint={members.get(name)?.description}
         >
-          {(a) => (
-            <input {...a} value={text} onInput={(e) => set(name, e.currentTarget.value)} />
-          )}
+          {(a) => <input {...a} value={text} onInput={(e) => set(name, e.currentTarget.value)} />}
         </Field>
       ))}
-      <Field label="Other setting" pointers={[]} hint="Any other member of the job request.">
+      <Field label="Other setting" hint="Any other member of the job request.">
         {(a) => (
           <select {...a} value="" onChange={(e) => set(e.currentTarget.value, '')}>
             <option value="">Add…</option>

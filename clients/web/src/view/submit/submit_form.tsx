@@ -11,7 +11,7 @@ import { useStore } from '../../ui/store';
 import { AdvancedFields } from './advanced_fields';
 import { Cost } from './cost';
 import { EnvironmentField } from './environment_field';
-import { Field, NumberInput, refusalsAt } from '../field';
+import { Field, NumberField, refusalsAt } from '../field';
 import {
   change,
   check,
@@ -275,30 +275,24 @@ function SizeField() {
       </Field>
       {free && (
         <div class="pair">
-          <Field label="Width" pointers={['/film/width', '/film']}>
-            {(a) => (
-              <NumberInput
-                {...a}
-                data-testid="width"
-                value={v.width}
-                min={1}
-                max={info?.limits.film_side}
-                onValue={(width) => change({ width })}
-              />
-            )}
-          </Field>
-          <Field label="Height" pointers={['/film/height']}>
-            {(a) => (
-              <NumberInput
-                {...a}
-                data-testid="height"
-                value={v.height}
-                min={1}
-                max={info?.limits.film_side}
-                onValue={(height) => change({ height })}
-              />
-            )}
-          </Field>
+          <NumberField
+            label="Width"
+            pointers={['/film/width', '/film']}
+            data-testid="width"
+            value={v.width}
+            min={1}
+            max={info?.limits.film_side}
+            onValue={(width) => change({ width })}
+          />
+          <NumberField
+            label="Height"
+            pointers={['/film/height']}
+            data-testid="height"
+            value={v.height}
+            min={1}
+            max={info?.limits.film_side}
+            onValue={(height) => change({ height })}
+          />
         </div>
       )}
     </>

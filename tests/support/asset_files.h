@@ -20,8 +20,6 @@ std::optional<std::filesystem::path> assets_folder();
 /// Lists every .glb and .gltf of the folder and its subfolders, sorted; relative to the folder.
 std::vector<std::string> asset_names(const std::filesystem::path& folder);
 
-/// Reads the whole file; returns no bytes if it cannot be read.
-core::Bytes read_file(const std::filesystem::path& file);
 /// Loads an asset; external files are read from the asset's folder.
 core::Result<core::SceneDescription> load_asset(const std::filesystem::path& file,
                                                 const core::GltfOptions& options = {});

@@ -1,11 +1,11 @@
-#include "tests/render/asset_files.h"
+#include "tests/support/asset_files.h"
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 
 #include "core/base/check.h"
 #include "core/image_io/image_io.h"
+#include "tests/support/read_bytes.h"
 
 namespace test_support {
 
@@ -35,17 +35,6 @@ std::vector<std::string> asset_names(const fs::path& folder) {
   return names;
 }
 
-core::Bytes read_file(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in) {
-    return {};
-  }
-  core::Bytes bytes(static_cast<std::size_t>(in.tellg()));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  return bytes;
-}
-
 core::Result<core::SceneDescription> load_asset(const fs::path& file,
                                                 const core::GltfOptions& options) {
   const fs::path home = file.parent_path();
@@ -55,14 +44,14 @@ core::Result<core::SceneDescription> load_asset(const fs::path& file,
     if (!fs::is_regular_file(side, error)) {
       return nullptr;
     }
-    return std::make_shared<const core::Bytes>(read_file(side));
+    return std::make_shared<const core::Bytes>(read_bytes(side));
   };
-  return core::load_gltf(read_file(file), resolve, options);
+  return core::load_gltf(read_bytes(file), resolve, options);
 }
 
 std::shared_ptr<const core::Environment> load_sky(const fs::path& file,
                                                   const core::EnvironmentSettings& settings) {
-  const auto image = core::decode_image(read_file(file), core::ImageLimits{});
+  const auto image = core::decode_image(read_bytes(file), core::ImageLimits{});
   CHECK(image);
   auto sky = core::Environment::create(&*image, settings);
   CHECK(sky);

@@ -10,6 +10,7 @@
 #include "api/json/schemas.h"
 #include "api/json/time_text.h"
 #include "api/json/values.h"
+#include "api/json/view_rows.h"
 
 namespace api {
 namespace {

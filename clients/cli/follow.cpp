@@ -4,7 +4,6 @@
 #include <chrono>
 #include <thread>
 
-#include "clients/cli/command.h"
 #include "clients/cli/job_json.h"
 #include "clients/cli/progress.h"
 

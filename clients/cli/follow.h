@@ -5,6 +5,7 @@
 #include <string>
 
 #include "clients/cli/api_client.h"
+#include "clients/cli/command.h"
 #include "clients/cli/job_flags.h"
 #include "clients/cli/sse.h"
 

@@ -90,22 +90,22 @@ const View<BatchMember>& member_view() {
   static const View<BatchMember> kView = {
       "BatchJob",
       "A job of a batch.",
-      {{"id", shape::text("Id of the job."), print_member<&BatchMember::id>},
-       {"name", shape::text(), print_member<&BatchMember::name>},
+      {{"id", shape::text("Id of the job."), Member<&BatchMember::id>::json},
+       {"name", shape::text(), Member<&BatchMember::name>::json},
        {"state", shape::text("State of the job."),
         [](const BatchMember& m) -> Json { return to_text(m.state); }},
        {"fraction", shape::real(),
         [](const BatchMember& m) -> Json { return number_json(m.fraction); }},
        {"revision", shape::count("Number of changes of its image; 0: there is no image yet."),
-        print_member<&BatchMember::revision>},
+        Member<&BatchMember::revision>::json},
        {"values", shape::object("Values that the matrix assigned to it."),
         [](const BatchMember& m) { return Json::parse(m.values); }}}};
   return kView;
 }
 
 std::vector<ViewRow<BatchView>> common_rows() {
-  return {{"id", shape::text(), print_member<&BatchView::id>},
-          {"name", shape::text("The pattern of the jobs' names."), print_member<&BatchView::name>},
+  return {{"id", shape::text(), Member<&BatchView::id>::json},
+          {"name", shape::text("The pattern of the jobs' names."), Member<&BatchView::name>::json},
           {"state",
            shape::one_of({"queued", "rendering", "paused", "failed", "cancelled", "finished"},
                          "Once all jobs have ended: failed if any failed or is damaged, otherwise "
@@ -116,7 +116,7 @@ std::vector<ViewRow<BatchView>> common_rows() {
           {"progress", progress_shape(), &progress_json},
           {"counts", counts_shape(), &counts_json},
           {"flicker", shape::nullable(flicker_view().shape()), &flicker_of},
-          {"damaged", damaged_shape(), print_member<&BatchView::damaged>},
+          {"damaged", damaged_shape(), Member<&BatchView::damaged>::json},
           {"links", shape::map(shape::text(), "Paths of related resources."), &links_json}};
 }
 

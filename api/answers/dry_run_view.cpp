@@ -13,16 +13,16 @@ const View<CostView>& cost_view() {
       "",
       "Estimate from a pilot of at most half a second.",
       {{"seconds", shape::real("Rendering time on an idle server."),
-        print_number<&CostView::seconds>},
+        Member<&CostView::seconds>::number},
        {"seconds_low", shape::real("Lower end of the interval."),
-        print_number<&CostView::seconds_low>},
+        Member<&CostView::seconds_low>::number},
        {"seconds_high", shape::real("Upper end of the interval."),
-        print_number<&CostView::seconds_high>},
+        Member<&CostView::seconds_high>::number},
        {"confidence", shape::real("Confidence level of the interval."),
-        print_number<&CostView::confidence>},
-       {"cpu_seconds", shape::real(), print_number<&CostView::cpu_seconds>},
+        Member<&CostView::confidence>::number},
+       {"cpu_seconds", shape::real(), Member<&CostView::cpu_seconds>::number},
        {"samples_per_pixel", shape::real("Estimated samples per pixel required."),
-        print_number<&CostView::samples_per_pixel>},
+        Member<&CostView::samples_per_pixel>::number},
        {"memory_bytes", shape::real("Film and scene."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes)); }},
        {"memory_bytes_low", shape::real("Memory of the film."),
@@ -31,7 +31,7 @@ const View<CostView>& cost_view() {
         shape::real("Memory reserved at admission: the larger of loading and rendering."),
         [](const CostView& c) { return number_json(std::round(c.memory_bytes_high)); }},
        {"pilot_cpu_seconds", shape::real("CPU time of the pilot."),
-        print_number<&CostView::pilot_cpu_seconds>}}};
+        Member<&CostView::pilot_cpu_seconds>::number}}};
   return kView;
 }
 

@@ -49,7 +49,7 @@ const View<JobView>& state_event_view() {
        stop_reason_row(),
        queue_position_row(),
        {"spec_version", shape::count("Number of changes of `spec`."),
-        print_member<&JobView::spec_version>}}};
+        Member<&JobView::spec_version>::json}}};
   return kView;
 }
 
@@ -138,7 +138,7 @@ const View<OverloadedView>& overloaded_event_view() {
           return "Too many streams are open; try again later.";
         }},
        {"retry_after_seconds", shape::count(),
-        print_member<&OverloadedView::retry_after_seconds>}}};
+        Member<&OverloadedView::retry_after_seconds>::json}}};
   return kView;
 }
 

@@ -42,7 +42,7 @@ const View<TicketView>& ticket_view() {
   static const View<TicketView> kView = {
       "Ticket",
       "A stream ticket.",
-      {{"ticket", shape::text("Value of `?ticket=`."), print_member<&TicketView::ticket>},
+      {{"ticket", shape::text("Value of `?ticket=`."), Member<&TicketView::ticket>::json},
        {"expires_at", shape::time(),
         [](const TicketView& t) -> Json { return rfc3339(t.ends_unix_seconds); }},
        {"jobs", shape::texts("Ids of the jobs that its bearer may watch."),

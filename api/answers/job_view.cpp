@@ -386,10 +386,10 @@ const View<core::FlickerInterval>& flicker_view() {
       "By how much the error of images of a video changes from one frame to the next, relative to "
       "their light, along the motion of the surfaces.",
       {{"relative", shape::real("Root of its mean square."),
-        print_number<&core::FlickerInterval::relative>},
+        Member<&core::FlickerInterval::relative>::number},
        {"low", shape::real("Lower end of its 95% interval."),
-        print_number<&core::FlickerInterval::low>},
-       {"high", shape::real(), print_number<&core::FlickerInterval::high>}}};
+        Member<&core::FlickerInterval::low>::number},
+       {"high", shape::real(), Member<&core::FlickerInterval::high>::number}}};
   return kView;
 }
 
@@ -414,7 +414,7 @@ const View<DenoisedView>& denoised_view() {
         [](const DenoisedView& d) { return text_or_null(d.note); }},
        {"features",
         shape::flag("Uses albedo, normal, depth and emission; false: the scene was deleted."),
-        print_member<&DenoisedView::has_features>},
+        Member<&DenoisedView::has_features>::json},
        {"relative",
         shape::nullable(shape::real("As in `error`, bias included; 0 if it is too small to be "
                                     "measured.")),
@@ -447,8 +447,9 @@ const View<DenoisedView>& denoised_view() {
           return number_json(ratio * ratio);
         }},
        {"revision", shape::count("Revision of the image that was denoised."),
-        print_member<&DenoisedView::revision>},
-       {"seconds", shape::real("Time that denoising took."), print_number<&DenoisedView::seconds>},
+        Member<&DenoisedView::revision>::json},
+       {"seconds", shape::real("Time that denoising took."),
+        Member<&DenoisedView::seconds>::number},
        {"frames",
         shape::count("Frames beside it in the batch that it was averaged with: of `video`."),
         [](const DenoisedView& d) -> Json { return d.by.frames; }},
@@ -469,7 +470,7 @@ const View<JobView>& job_view() {
   static const View<JobView> kView = {
       "Job",
       "A job.",
-      {{"id", shape::text("UUID."), print_member<&JobView::id>},
+      {{"id", shape::text("UUID."), Member<&JobView::id>::json},
        state_row(),
        pause_reason_row(),
        stop_reason_row(),
@@ -492,17 +493,17 @@ const View<JobView>& job_view() {
        denoised_row(),
        {"denoising",
         shape::flag("A denoised image is being made: on request, while it renders or afterwards."),
-        print_member<&JobView::is_denoising>},
+        Member<&JobView::is_denoising>::json},
        {"doubted",
         shape::flag("A worker that rendered parts of the image unchecked returned wrong results "
                     "later: the image may be wrong. A warning says what helps."),
-        print_member<&JobView::is_doubted>},
+        Member<&JobView::is_doubted>::json},
        {"merged",
         shape::flag("The film was merged from samples that no single job renders: the job cannot "
                     "be extended or retried."),
         [](const JobView& j) -> Json { return !j.ledger.empty(); }},
        {"warnings", shape::texts("Adjustments made to the request, and other warnings."),
-        print_member<&JobView::warnings>},
+        Member<&JobView::warnings>::json},
        {"warning_details", warning_details_shape(),
         [](const JobView& j) { return print_list(warning_view(), j.warning_details); }},
        {"links", shape::map(shape::text(), "URLs of related resources."), &links_json}}};

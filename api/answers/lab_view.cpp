@@ -40,20 +40,20 @@ const View<lab::Point>& lab_point_view() {
   static const View<Point> kView = {
       "LabPoint",
       "Results for one n.",
-      {{"n", shape::count("Samples per trial, after rounding."), print_member<&Point::n>},
+      {{"n", shape::count("Samples per trial, after rounding."), Member<&Point::n>::json},
        {"n_asked", shape::count("The requested n, before rounding."),
-        print_member<&Point::n_asked>},
-       {"mean", shape::real("Mean of the replicates."), print_number<&Point::mean>},
+        Member<&Point::n_asked>::json},
+       {"mean", shape::real("Mean of the replicates."), Member<&Point::mean>::number},
        {"rmse", shape::real("Root mean square error of the replicates."),
-        print_number<&Point::rmse>},
+        Member<&Point::rmse>::number},
        {"standard_error", shape::real("Standard error of the mean."),
-        print_number<&Point::standard_error>},
+        Member<&Point::standard_error>::number},
        {"cost", shape::real("Mean work of a replicate; n unless the experiment counts it."),
-        print_number<&Point::cost>},
+        Member<&Point::cost>::number},
        {"seconds",
         shape::real("CPU time of all replicates. It is measured and differs from run to run; all "
                     "other members are reproducible."),
-        print_number<&Point::seconds>}}};
+        Member<&Point::seconds>::number}}};
   return kView;
 }
 
@@ -134,9 +134,9 @@ const View<lab::EstimatorInfo>& estimator_view() {
   using Info = lab::EstimatorInfo;
   static const View<Info> kView = {"",
                                    "",
-                                   {{"name", shape::text(), print_member<&Info::name>},
-                                    {"bias", shape::bias(), print_member<&Info::bias>},
-                                    {"summary", shape::text(), print_member<&Info::summary>}}};
+                                   {{"name", shape::text(), Member<&Info::name>::json},
+                                    {"bias", shape::bias(), Member<&Info::bias>::json},
+                                    {"summary", shape::text(), Member<&Info::summary>::json}}};
   return kView;
 }
 
@@ -144,12 +144,12 @@ const View<lab::ParameterInfo>& parameter_view() {
   using Info = lab::ParameterInfo;
   static const View<Info> kView = {"",
                                    "",
-                                   {{"name", shape::text(), print_member<&Info::name>},
-                                    {"min", shape::real(), print_number<&Info::min>},
-                                    {"max", shape::real(), print_number<&Info::max>},
-                                    {"default", shape::real(), print_number<&Info::standard>},
-                                    {"integer", shape::flag(), print_member<&Info::is_whole>},
-                                    {"summary", shape::text(), print_member<&Info::summary>}}};
+                                   {{"name", shape::text(), Member<&Info::name>::json},
+                                    {"min", shape::real(), Member<&Info::min>::number},
+                                    {"max", shape::real(), Member<&Info::max>::number},
+                                    {"default", shape::real(), Member<&Info::standard>::number},
+                                    {"integer", shape::flag(), Member<&Info::is_whole>::json},
+                                    {"summary", shape::text(), Member<&Info::summary>::json}}};
   return kView;
 }
 
@@ -168,21 +168,21 @@ const View<lab::Experiment>& experiment_view() {
   static const View<Row> kView = {
       "Experiment",
       "An experiment of the laboratory.",
-      {{"name", shape::text(), print_member<&Row::name>},
-       {"title", shape::text(), print_member<&Row::title>},
-       {"summary", shape::text(), print_member<&Row::summary>},
-       {"estimates", shape::text("Estimated quantity."), print_member<&Row::estimates>},
-       {"formula", shape::text(), print_member<&Row::formula>},
-       {"look_for", shape::text("What to look for."), print_member<&Row::look_for>},
+      {{"name", shape::text(), Member<&Row::name>::json},
+       {"title", shape::text(), Member<&Row::title>::json},
+       {"summary", shape::text(), Member<&Row::summary>::json},
+       {"estimates", shape::text("Estimated quantity."), Member<&Row::estimates>::json},
+       {"formula", shape::text(), Member<&Row::formula>::json},
+       {"look_for", shape::text("What to look for."), Member<&Row::look_for>::json},
        {"estimators", shape::list(estimator_view().shape()),
         [](const Row& e) { return print_list(estimator_view(), e.estimators); }},
-       {"estimator", shape::text("Default estimator."), print_member<&Row::estimator>},
+       {"estimator", shape::text("Default estimator."), Member<&Row::estimator>::json},
        {"samplers", shape::texts("Samplers that it supports."),
         [](const Row& e) -> Json { return lab::allowed_samplers(e); }},
-       {"sampler", shape::text("Default sampler."), print_member<&Row::sampler>},
+       {"sampler", shape::text("Default sampler."), Member<&Row::sampler>::json},
        {"n", shape::list(shape::count(), "Default values of n."),
         [](const Row& e) -> Json { return std::vector<std::int64_t>(e.n.begin(), e.n.end()); }},
-       {"unit", shape::text("Unit of n."), print_member<&Row::unit>},
+       {"unit", shape::text("Unit of n."), Member<&Row::unit>::json},
        {"replicates", shape::count("Default number of replicates."),
         [](const Row&) -> Json { return kLabReplicatesDefault; }},
        {"params", shape::list(parameter_view().shape()),
@@ -190,7 +190,7 @@ const View<lab::Experiment>& experiment_view() {
        {"expected", shape::real("Exact value with the default parameters."),
         [](const Row& e) { return number_json(e.expected(lab::default_setup(e))); }},
        {"pattern_dimensions", shape::count("Dimensions of the points that it shows; 0: none."),
-        print_member<&Row::pattern_dimensions>}}};
+        Member<&Row::pattern_dimensions>::json}}};
   return kView;
 }
 

@@ -22,25 +22,25 @@ const View<LightNotFound>& light_not_found_view() {
         shape::real("Light that neither the image nor the particles may have found, with the "
                     "confidence, over the image's mean luminance; 1 for a black image. Above 1 the "
                     "particles are too few for a view this small: nothing is known."),
-        print_number<&LightNotFound::at_most>},
+        Member<&LightNotFound::at_most>::number},
        {"detected",
         shape::real("Light that the particles found and the image lacks, over the image's mean "
                     "luminance; 0: none."),
-        print_number<&LightNotFound::detected>},
+        Member<&LightNotFound::detected>::number},
        {"confidence", shape::real("Confidence level of `at_most`, and of all tiles together."),
-        print_number<&LightNotFound::confidence>},
-       {"particles", shape::count("Number of particles."), print_member<&LightNotFound::particles>},
+        Member<&LightNotFound::confidence>::number},
+       {"particles", shape::count("Number of particles."), Member<&LightNotFound::particles>::json},
        {"tiles", shape::count("Number of tiles that lack light."),
         [](const LightNotFound& l) -> Json { return l.tiles.size(); }},
        {"lacking", shape::list(shape::count(), "Those tiles, by number."),
-        print_member<&LightNotFound::tiles>},
+        Member<&LightNotFound::tiles>::json},
        {"reason",
         shape::nullable(shape::text("A sentence: whose light is missing, and which integrator "
                                     "finds it; null: no tile lacks light.")),
         [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }},
        {"integrators",
         shape::list(shape::text(), "The integrators in `reason`; empty: no tile lacks light."),
-        print_member<&LightNotFound::integrators>}}};
+        Member<&LightNotFound::integrators>::json}}};
   return kView;
 }
 

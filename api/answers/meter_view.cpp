@@ -35,22 +35,22 @@ const View<core::MeterReading>& meter_reading_view() {
        {"irradiance_w_m2", shape::real("Illuminance divided by 683 lm/W, for nominal white."),
         [](const Reading& r) { return number_json(watts(r)); }},
        {"illuminance_lux", shape::real("Luminance (Rec. 709) of irradiance_rgb."),
-        print_number<&Reading::illuminance>},
+        Member<&Reading::illuminance>::number},
        {"low", shape::real("End of the 95% interval of illuminance_lux."),
-        print_number<&Reading::low>},
+        Member<&Reading::low>::number},
        {"high", shape::real("End of the 95% interval of illuminance_lux."),
-        print_number<&Reading::high>},
+        Member<&Reading::high>::number},
        {"unreliable",
         shape::flag("One of the 16 randomisations makes up most of the interval, or no path has "
                     "found light: the interval is only a guess."),
-        print_member<&Reading::unreliable>},
+        Member<&Reading::unreliable>::json},
        {"irradiance_rgb", shape::triple("Lux per channel, linear."),
         [](const Reading& r) -> Json {
           return {number_json(r.irradiance[0]), number_json(r.irradiance[1]),
                   number_json(r.irradiance[2])};
         }},
        {"samples", shape::count("Paths, of 16 independent randomisations."),
-        print_member<&Reading::samples>}}};
+        Member<&Reading::samples>::json}}};
   return kView;
 }
 
@@ -69,7 +69,7 @@ const View<MeterOfJob>& meter_view() {
        {"outdoor_lux",
         shape::nullable(shape::real("Illuminance of an upward surface under the open sky of the "
                                     "job's environment, with its sun; null: it has none.")),
-        print_number<&MeterOfJob::outdoor_lux>},
+        Member<&MeterOfJob::outdoor_lux>::number},
        {"daylight_factor",
         shape::nullable(shape::real("mean_lux / outdoor_lux, a share: the CIE's daylight factor if "
                                     "the environment is an overcast sky and the only light.")),
@@ -106,7 +106,7 @@ const View<MeterOfJob>& meter_figures_view() {
   static const View<Meter> kView = {
       "MeterFigures",
       "Figures of a job's meter; see Meter.",
-      {{"job", shape::text("UUID."), print_member<&Meter::job>},
+      {{"job", shape::text("UUID."), Member<&Meter::job>::json},
        {"mean_lux", shape::real(),
         [](const Meter& m) { return number_json(core::mean_illuminance(m.readings)); }},
        {"uniformity", shape::nullable(shape::real()),

@@ -126,8 +126,8 @@ const View<ViewpointView>& viewpoint_view() {
         [](const ViewpointView& c) -> Json {
           return core::row_of(core::camera_types(), c.type).name;
         }},
-       {"width", shape::count(), print_member<&ViewpointView::width>},
-       {"height", shape::count(), print_member<&ViewpointView::height>},
+       {"width", shape::count(), Member<&ViewpointView::width>::json},
+       {"height", shape::count(), Member<&ViewpointView::height>::json},
        {"fx",
         shape::real(
             "Focal length in pixels; orthographic: pixels per metre; panorama: pixels per radian."),
@@ -154,15 +154,15 @@ const View<ObjectView>& object_view() {
       "SceneObject", "A node of the file that shows a mesh.",
       with_place<Object>(
           {{"id", shape::count("Id in the layer object: 1 + the node's index."),
-            print_member<&Object::id>},
+            Member<&Object::id>::json},
            {"pointer", shape::text("JSON pointer into the glTF document."),
-            print_member<&Object::pointer>},
+            Member<&Object::pointer>::json},
            {"name", shape::text("Name of the node or its mesh, made unique; used by Cryptomatte."),
-            print_member<&Object::name>},
+            Member<&Object::name>::json},
            {"first_instance", shape::count("Id in the layer instance."),
-            print_member<&Object::first_instance>},
+            Member<&Object::first_instance>::json},
            {"instances", shape::count("Number of consecutive ids in the layer instance."),
-            print_member<&Object::instances>}})};
+            Member<&Object::instances>::json}})};
   return kView;
 }
 
@@ -171,8 +171,8 @@ const View<InstanceView>& instance_view() {
   static const View<Instance> kView = {
       "ObjectInstance", "An instance of an object that the image shows.",
       with_place<Instance>(
-          {{"id", shape::count("Id in the layer instance."), print_member<&Instance::id>},
-           {"object", shape::count("Id of its object."), print_member<&Instance::object>}})};
+          {{"id", shape::count("Id in the layer instance."), Member<&Instance::id>::json},
+           {"object", shape::count("Id of its object."), Member<&Instance::object>::json}})};
   return kView;
 }
 
@@ -180,10 +180,10 @@ const View<LabelView>& label_view() {
   static const View<LabelView> kView = {
       "Label",
       "Meaning of an id in the layers material and primitive.",
-      {{"id", shape::count(), print_member<&LabelView::id>},
+      {{"id", shape::count(), Member<&LabelView::id>::json},
        {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
         [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
-       {"name", shape::text(), print_member<&LabelView::name>}}};
+       {"name", shape::text(), Member<&LabelView::name>::json}}};
   return kView;
 }
 
@@ -196,7 +196,7 @@ const View<ObjectsView>& objects_view() {
       {{"camera", viewpoint_view().shape(),
         [](const Objects& o) { return viewpoint_view().print(o.camera); }},
        {"has_ids", shape::flag("Whether the job recorded ids, so that `visible` is known."),
-        print_member<&Objects::has_ids>},
+        Member<&Objects::has_ids>::json},
        {"objects", shape::list(object_view().shape(), "All objects of the file."),
         [](const Objects& o) { return print_list(object_view(), o.objects); }},
        {"instances", shape::list(instance_view().shape(), "Instances that are visible."),

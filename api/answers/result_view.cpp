@@ -54,10 +54,10 @@ const View<core::ConvergencePoint>& curve_point_view() {
   static const View<Point> kView = {
       "ConvergencePoint",
       "The state of a job at one error check.",
-      {{"samples_per_pixel", shape::count(), print_member<&Point::samples_per_pixel>},
-       {"elapsed_seconds", shape::real(), print_number<&Point::elapsed_seconds>},
-       {"cpu_seconds", shape::real(), print_number<&Point::cpu_seconds>},
-       {"rays", shape::count(), print_member<&Point::rays>},
+      {{"samples_per_pixel", shape::count(), Member<&Point::samples_per_pixel>::json},
+       {"elapsed_seconds", shape::real(), Member<&Point::elapsed_seconds>::number},
+       {"cpu_seconds", shape::real(), Member<&Point::cpu_seconds>::number},
+       {"rays", shape::count(), Member<&Point::rays>::json},
        {"relative", shape::nullable(shape::real()),
         [](const Point& p) { return number_json(p.error.relative); }},
        {"low", shape::nullable(shape::real()),
@@ -78,9 +78,9 @@ const View<Slope>& slope_view() {
   static const View<Slope> kView = {
       "",
       "Slope of log error against log samples, by least squares, with its 95% interval.",
-      {{"value", shape::nullable(shape::real()), print_number<&Slope::value>},
-       {"low", shape::nullable(shape::real()), print_number<&Slope::low>},
-       {"high", shape::nullable(shape::real()), print_number<&Slope::high>}}};
+      {{"value", shape::nullable(shape::real()), Member<&Slope::value>::number},
+       {"low", shape::nullable(shape::real()), Member<&Slope::low>::number},
+       {"high", shape::nullable(shape::real()), Member<&Slope::high>::number}}};
   return kView;
 }
 
@@ -122,9 +122,9 @@ const View<PixelView>& pixel_view() {
   static const View<PixelView> kView = {
       "Pixel",
       "One pixel.",
-      {{"x", shape::count(), print_member<&PixelView::x>},
-       {"y", shape::count(), print_member<&PixelView::y>},
-       {"samples", shape::count(), print_member<&PixelView::samples>},
+      {{"x", shape::count(), Member<&PixelView::x>::json},
+       {"y", shape::count(), Member<&PixelView::y>::json},
+       {"samples", shape::count(), Member<&PixelView::samples>::json},
        {"layers", shape::map(pixel_layer_view().shape(), "Layers by name."),
         [](const PixelView& p) {
           Json layers = Json::object();
@@ -141,9 +141,9 @@ const View<ComparisonView>& bias_view() {
   static const View<Compared> kView = {
       "",
       "Mean of a - b; its interval is null if the error of a side is unknown.",
-      {{"value", shape::nullable(shape::real()), print_number<&Compared::bias>},
-       {"low", shape::nullable(shape::real()), print_number<&Compared::bias_low>},
-       {"high", shape::nullable(shape::real()), print_number<&Compared::bias_high>}}};
+      {{"value", shape::nullable(shape::real()), Member<&Compared::bias>::number},
+       {"low", shape::nullable(shape::real()), Member<&Compared::bias_low>::number},
+       {"high", shape::nullable(shape::real()), Member<&Compared::bias_high>::number}}};
   return kView;
 }
 
@@ -152,10 +152,10 @@ const View<ComparisonView>& z_view() {
   static const View<Compared> kView = {
       "",
       "Statistics of (a-b) / standard error.",
-      {{"mean", shape::nullable(shape::real()), print_number<&Compared::z_mean>},
-       {"variance", shape::nullable(shape::real()), print_number<&Compared::z_variance>},
+      {{"mean", shape::nullable(shape::real()), Member<&Compared::z_mean>::number},
+       {"variance", shape::nullable(shape::real()), Member<&Compared::z_variance>::number},
        {"share_above_3", shape::nullable(shape::real()),
-        print_number<&Compared::z_share_above_3>}}};
+        Member<&Compared::z_share_above_3>::number}}};
   return kView;
 }
 
@@ -181,12 +181,12 @@ const View<ComparisonView>& comparison_view() {
   static const View<Compared> kView = {
       "Comparison",
       "Two images compared; b is the reference.",
-      {{"id", shape::text(), print_member<&Compared::id>},
-       {"mse", shape::nullable(shape::real()), print_number<&Compared::mse>},
+      {{"id", shape::text(), Member<&Compared::id>::json},
+       {"mse", shape::nullable(shape::real()), Member<&Compared::mse>::number},
        {"relmse", shape::nullable(shape::real("Mean of (a-b)^2 / (b^2 + 0.01).")),
-        print_number<&Compared::relmse>},
+        Member<&Compared::relmse>::number},
        {"flip", shape::nullable(shape::real("LDR, 67 pixels per degree.")),
-        print_number<&Compared::flip>},
+        Member<&Compared::flip>::number},
        {"bias", bias_view().shape(), [](const Compared& c) { return bias_view().print(c); }},
        {"z", z_view().shape(), [](const Compared& c) { return z_view().print(c); }},
        {"links", comparison_links_view().shape(),

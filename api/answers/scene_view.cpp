@@ -56,7 +56,7 @@ const View<CameraView>& camera_view() {
   static const View<CameraView> kView = {
       "SceneCamera",
       "A camera of the file.",
-      {{"index", shape::count(), print_member<&CameraView::index>},
+      {{"index", shape::count(), Member<&CameraView::index>::json},
        {"name", shape::text(), [](const CameraView& c) -> Json { return c.camera.name; }},
        {"type", shape::one_of({"perspective", "orthographic"}),
         [](const CameraView& c) -> Json {
@@ -101,7 +101,7 @@ const View<SceneView>& scene_view() {
   static const View<SceneView> kView = {
       "Scene",
       "A loaded scene.",
-      {{"id", shape::text("Value of `scene` in a job request."), print_member<&SceneView::id>},
+      {{"id", shape::text("Value of `scene` in a job request."), Member<&SceneView::id>::json},
        {"name", shape::text(), [](const SceneView& s) -> Json { return s.summary.name; }},
        {"bytes", shape::count("Memory of geometry, acceleration structure and textures."),
         [](const SceneView& s) -> Json { return s.summary.bytes; }},
@@ -160,8 +160,8 @@ const View<AssetView>& asset_view() {
   static const View<AssetView> kView = {
       "Asset",
       "A stored file.",
-      {{"id", shape::text("sha256, hex."), print_member<&AssetView::id>},
-       {"bytes", shape::count(), print_member<&AssetView::bytes>}}};
+      {{"id", shape::text("sha256, hex."), Member<&AssetView::id>::json},
+       {"bytes", shape::count(), Member<&AssetView::bytes>::json}}};
   return kView;
 }
 
@@ -176,11 +176,11 @@ const View<core::Warning>& warning_view() {
       {{"code",
         shape::text("Kind: `clamped`, `normalized`, `missing`, `padding`, `left_out`, `not_drawn`, "
                     "`animation_ignored`, `extension_ignored`, ... Further kinds may be added."),
-        print_member<&Warning::code>},
+        Member<&Warning::code>::json},
        {"pointer", shape::text("JSON pointer into the glTF document; empty: none."),
-        print_member<&Warning::pointer>},
+        Member<&Warning::pointer>::json},
        {"detail", shape::text("What was seen, and what was done."),
-        print_member<&Warning::detail>}}};
+        Member<&Warning::detail>::json}}};
   return kView;
 }
 
@@ -194,7 +194,7 @@ const View<core::PunctualLightDescription>& light_view() {
   static const View<Light> kView = {
       "SceneLight",
       "A punctual light of the file.",
-      {{"name", shape::text(), print_member<&Light::name>},
+      {{"name", shape::text(), Member<&Light::name>::json},
        {"type", shape::one_of({"directional", "point", "spot", "profile"}),
         [](const Light& l) -> Json { return light_type(l.type); }},
        {"intensity",

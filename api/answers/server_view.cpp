@@ -33,11 +33,11 @@ const View<TypeView>& type_info_view() {
   static const View<TypeView> kView = {
       "TypeInfo",
       "A name that requests can use.",
-      {{"type", shape::text("Name in requests."), print_member<&TypeView::type>},
-       {"bias", shape::bias(), print_member<&TypeView::bias>},
-       {"summary", shape::text(), print_member<&TypeView::summary>},
+      {{"type", shape::text("Name in requests."), Member<&TypeView::type>::json},
+       {"bias", shape::bias(), Member<&TypeView::bias>::json},
+       {"summary", shape::text(), Member<&TypeView::summary>::json},
        {"accepts", shape::texts("JSON pointers of the job request that it supports."),
-        print_member<&TypeView::accepts>}}};
+        Member<&TypeView::accepts>::json}}};
   return kView;
 }
 
@@ -154,13 +154,13 @@ const View<BuildView>& build_view() {
   static const View<BuildView> kView = {
       "",
       "Build and machine properties on which the bits of a film depend besides the job.",
-      {{"id", shape::text(), print_member<&BuildView::id>},
-       {"commit", shape::text(), print_member<&BuildView::commit>},
-       {"compiler", shape::text(), print_member<&BuildView::compiler>},
-       {"isa", shape::text("Instruction set for ray tracing."), print_member<&BuildView::isa>},
-       {"embree", shape::text(), print_member<&BuildView::embree>},
+      {{"id", shape::text(), Member<&BuildView::id>::json},
+       {"commit", shape::text(), Member<&BuildView::commit>::json},
+       {"compiler", shape::text(), Member<&BuildView::compiler>::json},
+       {"isa", shape::text("Instruction set for ray tracing."), Member<&BuildView::isa>::json},
+       {"embree", shape::text(), Member<&BuildView::embree>::json},
        {"waves", shape::flag("Paths with default options are traced in groups of eight."),
-        print_member<&BuildView::waves>}}};
+        Member<&BuildView::waves>::json}}};
   return kView;
 }
 
@@ -168,8 +168,8 @@ const View<NamedSummary>& builtin_scene_view() {
   static const View<NamedSummary> kView = {
       "",
       "",
-      {{"name", shape::text(), print_member<&NamedSummary::name>},
-       {"summary", shape::text(), print_member<&NamedSummary::summary>}}};
+      {{"name", shape::text(), Member<&NamedSummary::name>::json},
+       {"summary", shape::text(), Member<&NamedSummary::summary>::json}}};
   return kView;
 }
 
@@ -178,13 +178,13 @@ const View<core::IntegratorEntry>& integrator_view() {
   static const View<Entry> kView = {
       "IntegratorInfo",
       "An algorithm that traces light paths.",
-      {{"type", shape::text("Name in requests."), print_member<&Entry::name>},
-       {"bias", shape::bias(), print_member<&Entry::bias>},
+      {{"type", shape::text("Name in requests."), Member<&Entry::name>::json},
+       {"bias", shape::bias(), Member<&Entry::bias>::json},
        {"error", shape::one_of(error_names(), "How the error of its images is known."),
         [](const Entry& e) -> Json {
           return core::row_of(core::error_validities(), e.error).name;
         }},
-       {"summary", shape::text(), print_member<&Entry::summary>},
+       {"summary", shape::text(), Member<&Entry::summary>::json},
        {"accepts", shape::texts("JSON pointers of the job request that it supports."),
         [](const Entry& e) -> Json { return texts_of(e.accepts); }},
        {"defaults", shape::object("Merge patch (RFC 7396) of `defaults` for its jobs."),
@@ -196,9 +196,9 @@ const View<OptionRow>& option_view() {
   static const View<OptionRow> kView = {
       "EstimationOption",
       "An estimator setting.",
-      {{"name", shape::text(), print_member<&OptionRow::name>},
-       {"bias", shape::bias(), print_member<&OptionRow::bias>},
-       {"summary", shape::text(), print_member<&OptionRow::summary>},
+      {{"name", shape::text(), Member<&OptionRow::name>::json},
+       {"bias", shape::bias(), Member<&OptionRow::bias>::json},
+       {"summary", shape::text(), Member<&OptionRow::summary>::json},
        {"patch", shape::object("Merge patch (RFC 7396) of the job request that selects it."),
         [](const OptionRow& o) { return Json::parse(o.patch); }}}};
   return kView;
@@ -210,7 +210,7 @@ const View<ServerView>& server_view() {
   static const View<Server> kView = {
       "Server",
       "Server capabilities.",
-      {{"version", shape::text(), print_member<&Server::version>},
+      {{"version", shape::text(), Member<&Server::version>::json},
        {"build", build_view().shape(), [](const Server& s) { return build_view().print(s.build); }},
        {"limits", shape::map(shape::integer(), "Every limit by name."), &limits_json},
        {"defaults", shape::reference("JobDefaults"), [](const Server&) { return defaults_json(); }},
@@ -254,10 +254,10 @@ const View<DrainView>& drain_view() {
       "Drain",
       "Whether the server accepts new jobs, and its remaining work.",
       {{"draining", shape::flag("New jobs are refused with 503, and queued jobs do not start."),
-        print_member<&DrainView::draining>},
+        Member<&DrainView::draining>::json},
        {"running", shape::count("Jobs that are loading, rendering or ending; they continue."),
-        print_member<&DrainView::running>},
-       {"queued", shape::count("Queued jobs."), print_member<&DrainView::queued>}}};
+        Member<&DrainView::running>::json},
+       {"queued", shape::count("Queued jobs."), Member<&DrainView::queued>::json}}};
   return kView;
 }
 

@@ -83,16 +83,16 @@ Json time_or_null(const std::optional<double>& time) {
 
 const Columns<KeyView>& key_columns() {
   static const Columns<KeyView> kColumns = {
-      {"id", text_schema("Identifies the key in lists and logs."), print_member<&KeyView::id>},
-      {"name", text_schema("Display name."), print_member<&KeyView::name>},
+      {"id", text_schema("Identifies the key in lists and logs."), Member<&KeyView::id>::json},
+      {"name", text_schema("Display name."), Member<&KeyView::name>::json},
       {"tenant", text_schema("Tenant whose objects it sees and to which its objects belong."),
-       print_member<&KeyView::tenant>},
-      {"scopes", array_schema(enum_schema(kScopes, ""), "Scopes."), print_member<&KeyView::scopes>},
+       Member<&KeyView::tenant>::json},
+      {"scopes", array_schema(enum_schema(kScopes, ""), "Scopes."), Member<&KeyView::scopes>::json},
       {"rate_limit",
        count_schema("Requests per minute; 0: no limit; null: the server's default.", true),
        [](const KeyView& key) { return key.rate_limit ? Json(*key.rate_limit) : Json(nullptr); }},
       {"max_priority", count_schema("Maximum priority of its jobs."),
-       print_member<&KeyView::max_priority>},
+       Member<&KeyView::max_priority>::json},
       {"created_at", time_schema(""),
        [](const KeyView& key) { return Json(rfc3339(key.created_at_unix_seconds)); }},
       {"expires_at", time_schema("null: never.", true),
@@ -103,31 +103,31 @@ const Columns<KeyView>& key_columns() {
 
 const Columns<UsageView>& usage_columns() {
   static const Columns<UsageView> kColumns = {
-      {"tenant", text_schema("Empty: the operator."), print_member<&UsageView::tenant>},
-      {"jobs", count_schema("Stored jobs."), print_member<&UsageView::jobs>},
+      {"tenant", text_schema("Empty: the operator."), Member<&UsageView::tenant>::json},
+      {"jobs", count_schema("Stored jobs."), Member<&UsageView::jobs>::json},
       {"unfinished_jobs", count_schema("Stored jobs that have not ended."),
-       print_member<&UsageView::unfinished_jobs>},
+       Member<&UsageView::unfinished_jobs>::json},
       {"cpu_seconds",
        basic_schema("number", "CPU time of all jobs except previews, including deleted jobs."),
-       print_number<&UsageView::cpu_seconds>},
+       Member<&UsageView::cpu_seconds>::number},
       {"deleted_jobs", count_schema("Number of deleted jobs."),
-       print_member<&UsageView::deleted_jobs>},
+       Member<&UsageView::deleted_jobs>::json},
       {"asset_bytes", count_schema("Assets and scenes of the tenant."),
-       print_member<&UsageView::asset_bytes>},
+       Member<&UsageView::asset_bytes>::json},
       {"film_bytes", count_schema("Films, including space reserved for jobs that are rendering."),
-       print_member<&UsageView::film_bytes>},
-      {"streams", count_schema("Open event and tile streams."), print_member<&UsageView::streams>},
+       Member<&UsageView::film_bytes>::json},
+      {"streams", count_schema("Open event and tile streams."), Member<&UsageView::streams>::json},
   };
   return kColumns;
 }
 
 const Columns<QuotasView>& quota_columns() {
   static const Columns<QuotasView> kColumns = {
-      {"jobs", count_schema("Unfinished jobs."), print_member<&QuotasView::jobs>},
-      {"previews", count_schema("Concurrent previews."), print_member<&QuotasView::previews>},
-      {"streams", count_schema("Open streams."), print_member<&QuotasView::streams>},
-      {"lab_runs", count_schema("Concurrent experiments."), print_member<&QuotasView::lab_runs>},
-      {"stored_bytes", count_schema("Assets and films."), print_member<&QuotasView::stored_bytes>},
+      {"jobs", count_schema("Unfinished jobs."), Member<&QuotasView::jobs>::json},
+      {"previews", count_schema("Concurrent previews."), Member<&QuotasView::previews>::json},
+      {"streams", count_schema("Open streams."), Member<&QuotasView::streams>::json},
+      {"lab_runs", count_schema("Concurrent experiments."), Member<&QuotasView::lab_runs>::json},
+      {"stored_bytes", count_schema("Assets and films."), Member<&QuotasView::stored_bytes>::json},
   };
   return kColumns;
 }
@@ -135,15 +135,15 @@ const Columns<QuotasView>& quota_columns() {
 const Columns<DeliveryView>& delivery_columns() {
   static const Columns<DeliveryView> kColumns = {
       {"id", text_schema("The webhook-id that is sent with every attempt."),
-       print_member<&DeliveryView::id>},
+       Member<&DeliveryView::id>::json},
       {"job", text_schema("Job or batch of the event; null: a test.", true),
        [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
       {"event", text_schema("Type of event: `state`, `end` or `test`."),
-       print_member<&DeliveryView::event>},
-      {"url", text_schema(""), print_member<&DeliveryView::url>},
+       Member<&DeliveryView::event>::json},
+      {"url", text_schema(""), Member<&DeliveryView::url>::json},
       {"state", enum_schema(kDeliveryStates, "`failed`: no further attempts."),
-       print_member<&DeliveryView::state>},
-      {"attempts", count_schema("Number of attempts."), print_member<&DeliveryView::attempts>},
+       Member<&DeliveryView::state>::json},
+      {"attempts", count_schema("Number of attempts."), Member<&DeliveryView::attempts>::json},
       {"created_at", time_schema(""),
        [](const DeliveryView& call) { return Json(rfc3339(call.created_at_unix_seconds)); }},
       {"next_attempt_at", time_schema("Set while the call is pending.", true),

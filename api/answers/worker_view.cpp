@@ -72,9 +72,9 @@ const View<WorkerOrders>& orders_view() {
           return o.reason.empty() ? Json(nullptr) : Json(o.reason);
         }},
        {"report_seconds", shape::real("Time until the next report."),
-        print_member<&WorkerOrders::report_seconds>},
+        Member<&WorkerOrders::report_seconds>::json},
        {"dropped", shape::texts("Units whose results are no longer needed."),
-        print_member<&WorkerOrders::dropped>}}};
+        Member<&WorkerOrders::dropped>::json}}};
   return kView;
 }
 
@@ -87,7 +87,7 @@ const View<WorkInputs>& inputs_view() {
        {"files",
         shape::map(shape::text(),
                    "Asset ids by uri; \"\" is the glTF document. Empty: a built-in scene."),
-        print_member<&WorkInputs::files>}}};
+        Member<&WorkInputs::files>::json}}};
   return kView;
 }
 
@@ -96,25 +96,25 @@ const View<WorkerView>& worker_view() {
       "Worker",
       "A process that renders units of this server's jobs.",
       {{"id", shape::text("Changes each time the worker is started."),
-        print_member<&WorkerView::id>},
-       {"build", shape::text("Build of the worker."), print_member<&WorkerView::build>},
+        Member<&WorkerView::id>::json},
+       {"build", shape::text("Build of the worker."), Member<&WorkerView::build>::json},
        {"arithmetic", shape::text("Arithmetic class of the worker."),
-        print_member<&WorkerView::arithmetic>},
+        Member<&WorkerView::arithmetic>::json},
        {"threads", shape::count("Units that it renders concurrently."),
-        print_member<&WorkerView::threads>},
+        Member<&WorkerView::threads>::json},
        {"rate", shape::real("Pixel samples per second while rendering."),
-        print_number<&WorkerView::rate>},
-       {"leases", shape::count("Units that the worker holds."), print_member<&WorkerView::leases>},
+        Member<&WorkerView::rate>::number},
+       {"leases", shape::count("Units that the worker holds."), Member<&WorkerView::leases>::json},
        {"held",
         shape::texts("Names of those of them whose jobs the key can see. Each begins with its "
                      "job's id and a dot."),
-        print_member<&WorkerView::held>},
-       {"units", shape::count("Results that were accepted."), print_member<&WorkerView::units>},
+        Member<&WorkerView::held>::json},
+       {"units", shape::count("Results that were accepted."), Member<&WorkerView::units>::json},
        {"faults", shape::count("Units that it lost or failed, or whose results were wrong."),
-        print_member<&WorkerView::faults>},
+        Member<&WorkerView::faults>::json},
        {"state",
         shape::one_of({"idle", "working", "draining", "suspended", "unsuitable", "left", "lost"}),
-        print_member<&WorkerView::state>},
+        Member<&WorkerView::state>::json},
        {"reason",
         shape::nullable(
             shape::text("Why the worker is unsuitable or suspended; for the operator and keys with "
@@ -131,7 +131,7 @@ const View<WorkerTile>& tile_view() {
   static const View<WorkerTile> kView = {
       "WorkerTile",
       "A tile that a worker is rendering. Pixels count from the top left of the full film.",
-      {{"worker", shape::text("Id of the worker."), print_member<&WorkerTile::worker>},
+      {{"worker", shape::text("Id of the worker."), Member<&WorkerTile::worker>::json},
        {"x", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.x; }},
        {"y", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.y; }},
        {"width", shape::count(), [](const WorkerTile& t) -> Json { return t.rect.width; }},

@@ -23,6 +23,7 @@ struct ViewRow {
   bool (*applies)(const S&) = nullptr;  ///< null: always
 };
 
+/// Functions that print a member: as it is, and by number_json().
 template <auto pointer>
 struct Member;
 template <typename S, typename T, T S::*pointer>
@@ -30,13 +31,6 @@ struct Member<pointer> {
   static Json json(const S& value) { return value.*pointer; }
   static Json number(const S& value) { return number_json(value.*pointer); }
 };
-/// Prints a member as it is.
-template <auto pointer>
-inline constexpr auto print_member = &Member<pointer>::json;
-/// Prints a member by number_json().
-template <auto pointer>
-inline constexpr auto print_number = &Member<pointer>::number;
-
 template <typename S>
 struct View {
   std::string_view component;  ///< name in components/schemas; "": inlined where it is used

@@ -184,7 +184,8 @@ class Forgotten(ApiTest):
         short = self.server.render(job_body(retention_seconds=1))
         self.assertEqual(short["spec"]["retention_seconds"], 1)
         wait_for(lambda: self.server.get(f"/v1/jobs/{short['id']}").status == 404)
-        self.assertFalse(os.path.exists(f"{self.server.data}/films/{short['id']}.film"))
+        # The film goes after the record.
+        wait_for(lambda: not os.path.exists(f"{self.server.data}/films/{short['id']}.film"))
         for job in (kept, long):
             self.assertEqual(self.server.get(f"/v1/jobs/{job}").status, 200)
 

@@ -203,7 +203,7 @@ def wait_for(condition, failure="timed out", seconds=PATIENCE_S):
     while not (value := condition()):
         if time.monotonic() > deadline:
             raise AssertionError(failure() if callable(failure) else failure)
-        time.sleep(0.02)
+        time.sleep(0.05)
     return value
 
 

@@ -439,7 +439,7 @@ struct Accel::Holes {
     }
     return true;
   }
-  /// Returns what a ray that is not blocked has passed.
+  /// Returns the passage of a ray that is not blocked.
   Passage passage(unsigned lane) const noexcept {
     const std::int64_t sum = log2_open[lane];
     return {sum == 0 ? 1.0F : std::exp2(static_cast<float>(static_cast<double>(sum) / kUnits)),

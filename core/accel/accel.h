@@ -68,7 +68,7 @@ struct AccelInstance {
   Transform to_world;
 };
 
-/// What surfaces with holes let through on the way of a ray.
+/// The passage of a ray through surfaces with holes.
 struct Passage {
   float open = 1;           ///< share of the light; 0 if a surface blocks the ray
   std::uint32_t holes = 0;  ///< surfaces passed; 0 if one blocks the ray

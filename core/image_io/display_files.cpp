@@ -1,20 +1,20 @@
 #include "core/image_io/display_files.h"
 
 #include <bit>
-#include <cstdio>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include <jpeglib.h>
-#include <png.h>
 #include <webp/encode.h>
 
+#include "core/image_io/codec_errors.h"
 #include "core/image_io/display_row.h"
 
 namespace core {
@@ -24,14 +24,16 @@ constexpr int kWebpSideMax = 16383;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 
-/// An open PNG. libpng reports errors by a function that must not return: it throws.
+/// An open PNG.
 class PngFile {
  public:
   explicit PngFile(const ImageSink& sink)
       : sink_(sink),
-        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, &fail, &ignore)),
+        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, &throw_png_error,
+                                     &ignore_png_warning)),
         info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
     if (info_ == nullptr) {
+      png_destroy_write_struct(&png_, nullptr);
       throw std::bad_alloc();
     }
     png_set_write_fn(png_, this, &give, nullptr);
@@ -79,10 +81,6 @@ class PngFile {
   const Status& status() const { return status_; }
 
  private:
-  [[noreturn]] static void fail(png_structp /*png*/, png_const_charp message) {
-    throw std::runtime_error(std::string("libpng: ") + message);
-  }
-  static void ignore(png_structp /*png*/, png_const_charp /*warning*/) {}
   static void give(png_structp png, png_bytep bytes, std::size_t size) {
     PngFile& file = *static_cast<PngFile*>(png_get_io_ptr(png));
     if (file.status_) {
@@ -110,17 +108,11 @@ Status write_png(const ImageRows& image, const DisplayRow& display, const Encode
   return file.status();
 }
 
-/// An open JPEG. libjpeg, too, reports errors by a function that must not return.
+/// An open JPEG.
 class JpegFile {
  public:
   JpegFile() {
-    jpeg_.err = jpeg_std_error(&errors_);
-    errors_.error_exit = [](j_common_ptr jpeg) {
-      char message[JMSG_LENGTH_MAX];
-      jpeg->err->format_message(jpeg, message);
-      throw std::runtime_error(std::string("libjpeg: ") + message);
-    };
-    errors_.output_message = [](j_common_ptr /*jpeg*/) {};
+    jpeg_.err = throwing_errors(errors_);
     jpeg_create_compress(&jpeg_);
     jpeg_mem_dest(&jpeg_, &bytes_, &size_);
   }
@@ -205,7 +197,8 @@ Status write_display_file(const ImageRows& image, const ImageFormat& format,
     file.write(image, display, options.quality);
     return sink(0, file.bytes());
   } catch (const std::runtime_error& problem) {
-    return failed(problem.what());
+    return failed((format.extension == "png" ? "libpng: " : "libjpeg: ") +
+                  std::string(problem.what()));
   }
 }
 

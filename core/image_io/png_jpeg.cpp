@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <new>
 #include <stdexcept>
 #include <string>
-
-#include <jpeglib.h>
-#include <png.h>
+#include <string_view>
 
 #include "core/base/invalid.h"
+#include "core/image_io/codec_errors.h"
 #include "core/image_io/image_codec.h"
 
 namespace core {
@@ -29,7 +27,9 @@ Status check_size(const Image& image, const ImageLimits& limits) {
 class PngReader {
  public:
   explicit PngReader(std::span<const std::byte> file)
-      : rest_(file), png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, &fail, &ignore)) {
+      : rest_(file),
+        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, &throw_png_error,
+                                    &ignore_png_warning)) {
     info_ = png_ == nullptr ? nullptr : png_create_info_struct(png_);
     if (info_ == nullptr) {
       png_destroy_read_struct(&png_, nullptr, nullptr);
@@ -71,10 +71,6 @@ class PngReader {
   }
 
  private:
-  [[noreturn]] static void fail(png_structp /*png*/, png_const_charp message) {
-    throw std::runtime_error(std::string("png: ") + message);
-  }
-  static void ignore(png_structp /*png*/, png_const_charp /*warning*/) {}
   static void take(png_structp png, png_bytep to, std::size_t size) {
     PngReader& reader = *static_cast<PngReader*>(png_get_io_ptr(png));
     if (size > reader.rest_.size()) {
@@ -94,13 +90,7 @@ class PngReader {
 class JpegReader {
  public:
   explicit JpegReader(std::span<const std::byte> file) {
-    jpeg_.err = jpeg_std_error(&errors_);
-    errors_.error_exit = [](j_common_ptr jpeg) {
-      char message[JMSG_LENGTH_MAX];
-      jpeg->err->format_message(jpeg, message);
-      throw std::runtime_error(std::string("jpg: ") + message);
-    };
-    errors_.output_message = [](j_common_ptr /*jpeg*/) {};
+    jpeg_.err = throwing_errors(errors_);
     jpeg_create_decompress(&jpeg_);
     jpeg_mem_src(&jpeg_, reinterpret_cast<const unsigned char*>(file.data()),
                  static_cast<unsigned long>(file.size()));
@@ -145,18 +135,18 @@ class JpegReader {
   jpeg_decompress_struct jpeg_{};
 };
 
-/// Returns the errors of a library that read() throws.
+/// Returns the errors of a library that read() throws; kind: before the message.
 template <typename Read>
-Result<Image> without_exceptions(const Read& read) {
+Result<Image> without_exceptions(std::string_view kind, const Read& read) {
   try {
     return read();
   } catch (const std::runtime_error& problem) {
-    return invalid(problem.what());
+    return invalid(std::string(kind) + ": " + problem.what());
   }
 }
 
 Result<Image> read_png(std::span<const std::byte> file, const ImageLimits& limits, bool decodes) {
-  return without_exceptions([&] {
+  return without_exceptions("png", [&] {
     PngReader reader(file);
     auto image = reader.header(limits);
     if (image && decodes) {
@@ -167,7 +157,7 @@ Result<Image> read_png(std::span<const std::byte> file, const ImageLimits& limit
 }
 
 Result<Image> read_jpeg(std::span<const std::byte> file, const ImageLimits& limits, bool decodes) {
-  return without_exceptions([&] {
+  return without_exceptions("jpg", [&] {
     JpegReader reader(file);
     reader.components();
     auto image = reader.header(limits);

@@ -136,7 +136,7 @@ class ShadowRay {
   Rgb open_ = {1, 1, 1};
 };
 
-/// Returns what the holes of surfaces let through.
+/// Returns the passage of a shadow ray where surfaces transmit by holes only.
 Passage passage_of(const SceneData& scene, const Ray& ray) noexcept {
   if (!scene.has_alpha) {
     return {scene.accel->occluded(ray) ? 0.0F : 1.0F, 0};

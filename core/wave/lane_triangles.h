@@ -16,7 +16,7 @@ Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
 
 inline constexpr float kNothing[16] = {};  ///< row for inactive lanes
 
-/// The lanes' hits on their triangles: position, normal, error and what they are made of.
+/// The lanes' hits on their triangles: position, normal, error and material.
 template <std::size_t N>
 struct FaceLanes {
   Corners<Vec3s<N>> p;

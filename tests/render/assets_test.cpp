@@ -21,8 +21,7 @@ class Assets : public testing::Test {
   void SetUp() override {
     const auto found = test_support::assets_folder();
     if (!found) {
-      GTEST_SKIP() << "the folder of assets is missing, so these tests did not run "
-                      "(TESSERA_ASSETS names it)";
+      GTEST_SKIP() << test_support::missing_assets();
     }
     folder_ = *found;
   }

@@ -124,7 +124,7 @@ TEST(Catcher, AlphaIsOneWhereABlackModelIsMirrored) {
 TEST(Catcher, OverTheBareGroundEqualsARealGroundForAssets) {
   const auto folder = test_support::assets_folder();
   if (!folder) {
-    GTEST_SKIP() << "the folder of assets is missing (TESSERA_ASSETS names it)";
+    GTEST_SKIP() << test_support::missing_assets();
   }
   const auto sky = test_support::load_sky(*folder / "env" / "venice_sunset_256.hdr");
   for (const std::string name :

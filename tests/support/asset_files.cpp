@@ -11,16 +11,28 @@ namespace test_support {
 
 namespace fs = std::filesystem;
 
-std::optional<fs::path> assets_folder() {
+namespace {
+
+fs::path named_folder() {
   const char* named = std::getenv("TESSERA_ASSETS");
-  const fs::path folder = named != nullptr
-                              ? fs::path(named)
-                              : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+  return named != nullptr ? fs::path(named)
+                          : fs::path(TESSERA_SOURCE_DIR) / ".." / "shared" / "assets";
+}
+
+}  // namespace
+
+std::optional<fs::path> assets_folder() {
+  const fs::path folder = named_folder();
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     return std::nullopt;
   }
   return folder;
+}
+
+std::string missing_assets() {
+  return "DID NOT RUN: no assets at " + named_folder().string() +
+         "; TESSERA_ASSETS can name another folder";
 }
 
 std::vector<std::string> asset_names(const fs::path& folder) {

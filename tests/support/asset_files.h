@@ -17,6 +17,8 @@ namespace test_support {
 
 /// Returns nothing if the folder does not exist.
 std::optional<std::filesystem::path> assets_folder();
+/// Returns why tests that need the folder are skipped, with its path.
+std::string missing_assets();
 /// Lists every .glb and .gltf of the folder and its subfolders, sorted; relative to the folder.
 std::vector<std::string> asset_names(const std::filesystem::path& folder);
 

@@ -23,7 +23,7 @@ class Assets : public testing::Test {
   void SetUp() override {
     const auto found = test_support::assets_folder();
     if (!found) {
-      GTEST_SKIP() << "DID NOT RUN: no folder of assets; TESSERA_ASSETS can name one";
+      GTEST_SKIP() << test_support::missing_assets();
     }
     folder_ = *found;
   }

@@ -22,7 +22,6 @@ export function SeriesFields() {
           label="Views around the model"
           pointers={['/matrix']}
           hint="One full turn in equal steps, at the height and distance of your view."
-
           data-testid="views"
           value={v.views}
           min={1}
@@ -44,7 +43,6 @@ export function SeriesFields() {
         {v.environment === 'sun' && (
           <Field
             label="Times of the day"
-
             hint="From the time of the sun above until midnight; the hours of the night are dark."
           >
             {(a) => (

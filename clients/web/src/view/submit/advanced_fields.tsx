@@ -132,7 +132,6 @@ function AdvancedBody({ info }: { info: Server | null }) {
         label="Maximum bounces"
         pointers={['/integrator/max_depth']}
         hint="How many times light may bounce. 1 is direct light only; glass needs many."
-
         value={v.maxDepth ?? info?.defaults.integrator.max_depth}
         min={0}
         max={info?.limits.max_depth}

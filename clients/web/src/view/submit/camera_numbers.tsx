@@ -59,7 +59,6 @@ export function CameraNumbers({ values, orbit }: { values: FormValues; orbit: Or
             label="Lens radius (mm)"
             pointers={['/camera/aperture_radius']}
             hint="Blurs what is out of focus; 0: everything is sharp."
-
             data-testid="aperture"
             min={0}
             step="any"

@@ -154,23 +154,21 @@ export function EnvironmentField() {
       )}
       {v.environment === 'sun' && <SunFields />}
       {v.environment !== 'scene' && v.environment !== 'none' && (
-        <>
-          <div class="pair">
-            <NumberField
-              label="Strength"
-              value={v.environmentIntensity}
-              min={0}
-              step="any"
-              onValue={(environmentIntensity) => change({ environmentIntensity })}
-            />
-            <NumberField
-              label="Rotation (°)"
-              value={v.environmentRotation}
-              step="any"
-              onValue={(environmentRotation) => change({ environmentRotation })}
-            />
-          </div>
-        </>
+        <div class="pair">
+          <NumberField
+            label="Strength"
+            value={v.environmentIntensity}
+            min={0}
+            step="any"
+            onValue={(environmentIntensity) => change({ environmentIntensity })}
+          />
+          <NumberField
+            label="Rotation (°)"
+            value={v.environmentRotation}
+            step="any"
+            onValue={(environmentRotation) => change({ environmentRotation })}
+          />
+        </div>
       )}
       <StageFields />
     </>
@@ -204,7 +202,6 @@ function SunFields() {
       </div>
       <Field
         label={`Date and time (${zone})`}
-
         hint="Strength 1 is the real sun, about 100,000 lux at noon, which exposure Auto shows."
       >
         {(a) => (

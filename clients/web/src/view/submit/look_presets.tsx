@@ -52,11 +52,7 @@ export function LookPresets() {
             )}
           </Field>
         )}
-        <Field
-          label="Name of a preset"
-
-          hint={contents}
-        >
+        <Field label="Name of a preset" hint={contents}>
           {(a) => (
             <input
               {...a}

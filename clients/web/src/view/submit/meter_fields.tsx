@@ -27,7 +27,6 @@ export function MeterFields() {
     <>
       <Field
         label="Result"
-
         hint={measures && 'Illuminance in lux at points of the scene, with 95% intervals.'}
       >
         {(a) => (

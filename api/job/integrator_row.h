@@ -39,7 +39,8 @@ constexpr auto integrator_row() {
                      "photons", [](auto& s) -> auto& { return s.render.photons.paths; },
                      {0, limits::kPhotons},
                      "Particles emitted from the lights for each sample of the pixels; 0: one per "
-                     "pixel of the full film, at least 4096 and at most 262144.")),
+                     "pixel of the full film (path-caustics: one per two pixels), at least 4096 "
+                     "and at most 262144.")),
       own_option(
           "/integrator/radius_m",
           number(

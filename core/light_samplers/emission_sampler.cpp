@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "core/light_samplers/emitted_light.h"
 #include "core/math/frame.h"
@@ -12,6 +14,26 @@
 #include "core/scene/solids.h"
 
 namespace core {
+namespace {
+
+/// Of the cone around a ball. x: squared sine of its half angle, below 1.
+float one_minus_cosine(float x) noexcept { return x / (1 + std::sqrt(1 - x)); }
+
+/// Uniform in the cone from `from` around the ball, or in all directions within it.
+Vec3 direction_into(const EmissionTarget& ball, Vec3 from, Vec2 u) noexcept {
+  const Vec3 to = ball.center - from;
+  const float sine2 = square(ball.radius_m) / dot(to, to);
+  if (!(sine2 < 1)) {
+    return uniform_sphere(u);
+  }
+  const float below = u.x * one_minus_cosine(sine2);
+  const float sine = std::sqrt(below * (2 - below));
+  const float phi = kTwoPi * u.y;
+  return frame_from_normal(normalize(to))
+      .to_world({sine * std::cos(phi), sine * std::sin(phi), 1 - below});
+}
+
+}  // namespace
 
 Rgb EmissionSample::weight() const noexcept {
   const float cosine = normal == Vec3{} ? 1.0F : dot(normal, ray.direction);
@@ -78,12 +100,23 @@ EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
     return {};
   }
   const auto light = static_cast<std::uint32_t>(powers_.sample(u_light).cell);
-  EmissionSample s = light < triangles_ ? from_triangle(light, u_position, u_direction)
-                                        : from_other(light, u_direction);
+  const EmissionTarget* target =
+      aims_local_ && !is_distant(light) ? choose_target(u_direction.x) : nullptr;
+  EmissionSample s = light < triangles_ ? from_triangle(light, u_position, u_direction, target)
+                                        : from_other(light, u_direction, target);
   s.light = light;
-  s.pdf = pdf(light, s.ray.direction);
+  s.pdf = {powers_.prob_cell(light), 1, own_pdf_solid_angle(light, s.ray.direction)};
   if (is_distant(light)) {
     s.pdf.pdf_area = sample_disk(u_position, s.ray);
+  } else {
+    if (light < triangles_) {
+      const float area_m2 = scene_.triangle_lights[light].area_m2;
+      s.pdf.pdf_area = area_m2 > 0 ? 1 / area_m2 : 0.0F;
+    }
+    if (aims_local_) {
+      s.pdf.pdf_solid_angle = own_share_ * s.pdf.pdf_solid_angle +
+                              pdf_targets(s.ray.origin, s.ray.direction, false, target);
+    }
   }
   const std::size_t place =
       light < triangles_ ? 2 * std::size_t{light} +
@@ -96,31 +129,41 @@ EmissionSample EmissionSampler::sample(float u_light, Vec2 u_position,
 }
 
 EmissionSample EmissionSampler::from_triangle(std::uint32_t light, Vec2 u_position,
-                                              Vec2 u_direction) const noexcept {
+                                              Vec2 u_direction,
+                                              const EmissionTarget* target) const noexcept {
   EmissionSample s;
   const TriangleLight& t = scene_.triangle_lights[light];
   const Vec2 b = uniform_triangle(u_position);
-  s.normal = t.normal;
-  if (t.two_sided) {
-    const bool front = u_direction.x < 0.5F;
-    s.normal = front ? t.normal : -t.normal;
-    u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
-  }
   const Vec3 place = t.p0 + t.edge1 * b.x + t.edge2 * b.y;
+  if (target != nullptr) {
+    s.ray.direction = direction_into(*target, place, u_direction);
+    s.normal = t.two_sided && dot(t.normal, s.ray.direction) < 0 ? -t.normal : t.normal;
+  } else {
+    bool front = true;
+    if (t.two_sided) {
+      front = u_direction.x < 0.5F;
+      u_direction.x = 2 * u_direction.x - (front ? 0.0F : 1.0F);
+    }
+    s.normal = front ? t.normal : -t.normal;
+    s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
+  }
   s.ray.origin = offset_ray(place, s.normal, t.error_m);
-  s.ray.direction = frame_from_normal(s.normal).to_world(cosine_hemisphere(u_direction));
-  s.radiance = triangle_radiance(scene_, t, place, s.ray.direction);
+  if (dot(s.normal, s.ray.direction) > 0) {
+    s.radiance = triangle_radiance(scene_, t, place, s.ray.direction);
+  }
   return s;
 }
 
 /// Distant lights: without an origin.
-EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_direction) const noexcept {
+EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_direction,
+                                           const EmissionTarget* target) const noexcept {
   EmissionSample s;
   const PunctualLight* p = punctual(light);
   if (!is_distant(light)) {
     s.is_delta_position = true;
     s.ray.origin = p->position;
-    s.ray.direction = p->sample_direction(u_direction);
+    s.ray.direction = target != nullptr ? direction_into(*target, p->position, u_direction)
+                                        : p->sample_direction(u_direction);
     s.radiance = p->intensity * p->shape(s.ray.direction);
     return s;
   }
@@ -136,37 +179,88 @@ EmissionSample EmissionSampler::from_other(std::uint32_t light, Vec2 u_direction
   return s;
 }
 
-void EmissionSampler::aim(Vec3 eye, float near_m) noexcept {
-  eye_ = eye;
-  disks_ = 1;
+void EmissionSampler::aim(std::vector<EmissionTarget> targets,
+                          const std::vector<float>& light_shares) {
+  own_share_ = 1;
+  for (const EmissionTarget& target : targets) {
+    own_share_ -= target.share;
+  }
+  targets_ = std::move(targets);
+  aims_local_ = true;
+  std::vector<float> powers = light_powers(scene_, environment_);
+  const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
+  const double aimed = std::accumulate(light_shares.begin(), light_shares.end(), 0.0);
+  if (total > 0 && aimed > 0) {
+    for (std::size_t i = 0; i < powers.size(); ++i) {
+      powers[i] =
+          static_cast<float>(static_cast<double>(own_share_ * powers[i]) / total +
+                             static_cast<double>((1 - own_share_) * light_shares[i]) / aimed);
+    }
+  }
+  powers_ = Distribution1D(powers);
+}
+
+void EmissionSampler::aim(Vec3 eye, float near_m) {
+  targets_.clear();
   for (float radius = radius_m_; radius > 2 * near_m && near_m > 0; radius /= 2) {
-    ++disks_;
+    targets_.push_back({eye, radius / 2, 0});
+  }
+  own_share_ = 1 / static_cast<float>(targets_.size() + 1);
+  for (EmissionTarget& target : targets_) {
+    target.share = own_share_;
   }
 }
 
-/// Moves the origin of the ray to a point of one of the disks, on the plane that touches the
-/// scene's bounding sphere from behind. Returns its density [1/m^2].
+const EmissionTarget* EmissionSampler::choose_target(float& u) const noexcept {
+  const EmissionTarget* chosen = nullptr;
+  float below = 0;
+  float share = own_share_;
+  for (const EmissionTarget& target : targets_) {
+    if (u - below < share) {
+      break;
+    }
+    below += share;
+    share = target.share;
+    chosen = &target;
+  }
+  u = std::min((u - below) / share, kOneMinusEpsilon);
+  return chosen;
+}
+
+float EmissionSampler::pdf_targets(Vec3 origin, Vec3 direction, bool is_distant,
+                                   const EmissionTarget* chosen) const noexcept {
+  float sum = 0;
+  for (const EmissionTarget& target : targets_) {
+    const Vec3 to = target.center - origin;
+    const Vec3 off = cross(to, direction);
+    const float radius2 = square(target.radius_m);
+    const bool is_hit = dot(off, off) <= radius2 || &target == chosen;
+    if (is_distant) {
+      sum += is_hit ? target.share / (kPi * radius2) : 0.0F;
+    } else if (dot(to, to) <= radius2) {
+      sum += target.share / (4 * kPi);
+    } else if (is_hit && dot(to, direction) > 0) {
+      sum += target.share / (kTwoPi * one_minus_cosine(radius2 / dot(to, to)));
+    }
+  }
+  return sum;
+}
+
+/// Rays beside the scene's own disk, from a ball that sticks out of it, meet nothing.
+float EmissionSampler::pdf_disk(Vec3 origin, Vec3 direction,
+                                const EmissionTarget* chosen) const noexcept {
+  return own_share_ / (kPi * square(radius_m_)) + pdf_targets(origin, direction, true, chosen);
+}
+
 float EmissionSampler::sample_disk(Vec2 u, Ray& ray) const noexcept {
-  const auto count = static_cast<float>(disks_);
-  const float scaled = u.x * count;
-  const int chosen = std::min(static_cast<int>(scaled), disks_ - 1);
-  u.x = std::min(scaled - static_cast<float>(chosen), kOneMinusEpsilon);
+  const EmissionTarget* target = choose_target(u.x);
   const Frame frame = frame_from_normal(ray.direction);
-  const Vec3 eye = frame.to_local(eye_ - scene_.center) * (1 / radius_m_);
   const Vec2 d = concentric_disk(u);
-  const float width = std::ldexp(1.0F, -chosen);
-  Vec2 at = {d.x * width, d.y * width};
-  if (chosen > 0) {
-    at = {eye.x + at.x, eye.y + at.y};
-  }
-  ray.origin = scene_.center + frame.to_world({at.x, at.y, -1}) * radius_m_;
-  float density = square(at.x) + square(at.y) <= 1 || chosen == 0 ? 1.0F : 0.0F;
-  const float from_eye = square(at.x - eye.x) + square(at.y - eye.y);
-  for (int i = 1; i < disks_; ++i) {
-    const float radius2 = std::ldexp(1.0F, -2 * i);
-    density += from_eye <= radius2 || i == chosen ? 1 / radius2 : 0.0F;
-  }
-  return density / (count * kPi * square(radius_m_));
+  const float radius = target != nullptr ? target->radius_m : radius_m_;
+  const Vec3 off = (target != nullptr ? target->center : scene_.center) - scene_.center;
+  const Vec3 at = off + frame.to_world({d.x, d.y, 0}) * radius;
+  ray.origin = scene_.center + at - ray.direction * (dot(at, ray.direction) + radius_m_);
+  return pdf_disk(ray.origin, ray.direction, target);
 }
 
 /// Returns null for triangles and the environment.
@@ -181,24 +275,35 @@ bool EmissionSampler::is_distant(std::uint32_t light) const noexcept {
   return light >= triangles_ && (p == nullptr || p->type == PunctualType::kDirectional);
 }
 
-EmissionPdf EmissionSampler::pdf(std::uint32_t light, Vec3 direction_world) const noexcept {
-  EmissionPdf out{.prob_light = powers_.prob_cell(light)};
-  const float disk_area_m2 = kPi * square(radius_m_);
+float EmissionSampler::own_pdf_solid_angle(std::uint32_t light,
+                                           Vec3 direction_world) const noexcept {
   if (light < triangles_) {
     const TriangleLight& t = scene_.triangle_lights[light];
     const float cosine = dot(t.normal, direction_world);
-    out.pdf_area = t.area_m2 > 0 ? 1 / t.area_m2 : 0.0F;
+    return t.two_sided ? 0.5F * kInvPi * std::fabs(cosine)
+                       : cosine_hemisphere_pdf_solid_angle(cosine);
+  }
+  const PunctualLight* p = punctual(light);
+  if (p == nullptr) {
+    return environment_->pdf_solid_angle(-direction_world);
+  }
+  return p->type == PunctualType::kDirectional ? 1.0F : p->pdf_solid_angle(direction_world);
+}
+
+EmissionPdf EmissionSampler::pdf(std::uint32_t light, Vec3 origin,
+                                 Vec3 direction_world) const noexcept {
+  EmissionPdf out = {powers_.prob_cell(light), 1, own_pdf_solid_angle(light, direction_world)};
+  if (is_distant(light)) {
+    out.pdf_area = pdf_disk(origin, direction_world);
+    return out;
+  }
+  if (light < triangles_) {
+    const float area_m2 = scene_.triangle_lights[light].area_m2;
+    out.pdf_area = area_m2 > 0 ? 1 / area_m2 : 0.0F;
+  }
+  if (aims_local_) {
     out.pdf_solid_angle =
-        t.two_sided ? 0.5F * kInvPi * std::fabs(cosine) : cosine_hemisphere_pdf_solid_angle(cosine);
-  } else if (const PunctualLight* p = punctual(light); p == nullptr) {
-    out.pdf_area = 1 / disk_area_m2;
-    out.pdf_solid_angle = environment_->pdf_solid_angle(-direction_world);
-  } else if (p->type == PunctualType::kDirectional) {
-    out.pdf_area = 1 / disk_area_m2;
-    out.pdf_solid_angle = 1;
-  } else {
-    out.pdf_area = 1;
-    out.pdf_solid_angle = p->pdf_solid_angle(direction_world);
+        own_share_ * out.pdf_solid_angle + pdf_targets(origin, direction_world, false);
   }
   return out;
 }

@@ -16,12 +16,13 @@
 ///                                                         wave_tracer
 ///   light   w       Russian roulette of the path          bdpt lane_fog path path_media
 ///                                                         shared_lights wave_tracer
-///   bsdf    x       which lobe                            bdpt catcher census direct feature_pass
-///                                                         light_path light_trace path
+///   bsdf    x       which lobe                            bdpt catcher caustic_aim census direct
+///                                                         feature_pass light_path light_trace path
 ///                                                         photon_mapping wave_tracer
-///   bsdf    y z     direction                             bdpt cached_irradiance catcher census
-///                                                         direct feature_pass irradiance lane_fog
-///                                                         light_path light_trace path path_media
+///   bsdf    y z     direction                             bdpt cached_irradiance catcher
+///                                                         caustic_aim census direct feature_pass
+///                                                         irradiance lane_fog light_path
+///                                                         light_trace path path_media
 ///                                                         photon_mapping wave_tracer
 ///   bsdf    w       delta lobe or not, where directions   path
 ///                   do not follow the BSDF

@@ -17,5 +17,6 @@ inline constexpr std::uint64_t kIrradianceStream = std::uint64_t{1} << 56U;
 inline constexpr std::uint64_t kChoiceStream = std::uint64_t{1} << 55U;
 inline constexpr std::uint64_t kCacheStream = std::uint64_t{1} << 54U;
 inline constexpr std::uint64_t kReferenceStream = std::uint64_t{1} << 53U;
+inline constexpr std::uint64_t kAimStream = kCensusStream | kPilotStream;
 
 }  // namespace core

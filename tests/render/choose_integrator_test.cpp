@@ -9,11 +9,12 @@
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/settings/sample_sets.h"
-#include "tests/support/caustic.h"
+#include "tests/support/scenes.h"
 
 namespace {
 
 using core::Rgb;
+using core::Vec3;
 
 /// An image in which every pixel has a in half A and b in half B.
 core::FilmSnapshot picture_of(float a, float b) {
@@ -82,10 +83,26 @@ core::View automatic(const char* scene) {
   return view;
 }
 
-/// A small emitter above a ball of clear glass: paths from the camera find its caustic only by
-/// chance.
-core::View caustic() {
-  core::View view = test_support::caustic(0.1F, 1200);
+/// A floor below a pane of clear glass, and a small emitter above it: paths from the camera, which
+/// is below the pane, find light only by chance.
+core::View below_a_pane() {
+  const auto face = [](Vec3 corner, Vec3 edge1, Vec3 edge2) {
+    return test_support::quad(corner, edge1, edge2, 1);
+  };
+  constexpr Vec3 kX = {2, 0, 0};
+  constexpr Vec3 kY = {0, 0.1F, 0};
+  constexpr Vec3 kZ = {0, 0, 2};
+  constexpr Vec3 kLow = {-1, 1, -1};
+  core::View view = test_support::view_of(
+      test_support::scene_of(
+          {test_support::lambert(Rgb(0.6F)), test_support::glass(),
+           test_support::emitter(Rgb(12000))},
+          {test_support::quad({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0), face(kLow, kX, kZ),
+           face(kLow + kY, kZ, kX), face(kLow, kY, kX), face(kLow + kZ, kX, kY), face(kLow, kZ, kY),
+           face(kLow + kX, kY, kZ),
+           test_support::quad({-0.01F, 2, -0.01F}, {0.02F, 0, 0}, {0, 0, 0.02F}, 2)}),
+      48, 48);
+  test_support::look_at(view, {0, 0.9F, 0.9F}, {0, 0, 0}, 60);
   view.settings.integrator = "auto";
   return view;
 }
@@ -97,7 +114,7 @@ TEST(ChooseCaustics, TracesPhotonsWhereTheCameraSeesACausticThatPathsMiss) {
   const auto without = core::choose_caustics(box);
   ASSERT_TRUE(without);
   EXPECT_EQ(without->name, "path");
-  EXPECT_EQ(without->reason, "'path', since the camera sees no caustic");
+  EXPECT_EQ(without->reason, "'path', since caustics are 0% of the light that the camera sees");
   const auto with = core::choose_caustics(pool);
   ASSERT_TRUE(with);
   EXPECT_EQ(with->name, "path-caustics") << with->reason;
@@ -118,9 +135,9 @@ TEST(ChooseCaustics, SettlesWithTheDefaultsOfTheChoice) {
   }
 }
 
-TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptForACaustic) {
+TEST(ChooseIntegrator, ChoosesPathForOpenScenesAndBdptBelowAPane) {
   for (const auto& [view, integrator] :
-       {std::pair(automatic("cornell-box"), "path"), std::pair(caustic(), "bdpt")}) {
+       {std::pair(automatic("cornell-box"), "path"), std::pair(below_a_pane(), "bdpt")}) {
     const auto choice = core::choose_integrator(view, true);
     ASSERT_TRUE(choice);
     ASSERT_EQ(choice->pilots.size(), 2) << "sppm has no valid error";

@@ -6,6 +6,7 @@ set(RENDER_TEST_SOURCES
   bounces_test.cpp
   catcher_error_test.cpp
   catcher_stage.cpp
+  caustic_aim_test.cpp
   choose_integrator_test.cpp
   choose_light_sampler_test.cpp
   control_variate_test.cpp

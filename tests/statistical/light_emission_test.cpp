@@ -1,6 +1,7 @@
 // Emission sampling of lights: positions and directions against their densities, the power of all
 // particles against closed forms, and the light they bring to a receiver against light sampling.
 // Fewer than 60 p-values, each rejected below sidak(0.01, 60).
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -146,7 +147,7 @@ double directions_p(const Lit& lit, float factor) {
   return test_support::chi2_sphere(
              [&](Random& r) -> std::optional<Vec3> { return draw(lights, r).ray.direction; },
              // A quad is two lights with the same density.
-             [&](Vec3 w) { return factor * lights.pdf(0, w).pdf_solid_angle; }, 200000, 4)
+             [&](Vec3 w) { return factor * lights.pdf(0, {}, w).pdf_solid_angle; }, 200000, 4)
       .p_value;
 }
 
@@ -218,12 +219,44 @@ TEST(Emission, SampleReportsTheDensitiesOfPdf) {
     Random random(9);
     for (int i = 0; i < 1000; ++i) {
       const EmissionSample s = draw(lights, random);
-      const core::EmissionPdf pdf = lights.pdf(s.light, s.ray.direction);
+      const core::EmissionPdf pdf = lights.pdf(s.light, s.ray.origin, s.ray.direction);
       EXPECT_GT(s.pdf.pdf_area * s.pdf.pdf_solid_angle, 0) << lit.name;
       EXPECT_EQ(s.pdf.prob_light, pdf.prob_light);
       EXPECT_EQ(s.pdf.pdf_solid_angle, pdf.pdf_solid_angle);
       EXPECT_EQ(s.pdf.pdf_area, pdf.pdf_area);
     }
+  }
+}
+
+/// Balls beside the receiver, over it, and around everything: its points lie in some of them.
+void aim_at_balls(EmissionSampler& emission) {
+  std::vector<float> lights(emission.size());
+  lights.front() = 3;
+  lights.back() = 1;
+  emission.aim({{{0, 0.1F, -0.2F}, 0.3F, 0.25F},
+                {{0.5F, 0.3F, 0.2F}, 0.4F, 0.25F},
+                {{0.2F, 0.5F, 0.1F}, 3, 0.25F}},
+               lights);
+}
+
+// All but a few rays on the edge of a ball, which rounding moves across it. A ray beside the
+// emitting side has no light.
+TEST(Emission, AimedSamplesReportTheDensitiesOfPdf) {
+  for (const Lit& lit : lit_scenes()) {
+    EmissionSampler lights(lit.scene->data(), lit.sky.get());
+    aim_at_balls(lights);
+    Random random(9);
+    int apart = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const EmissionSample s = draw(lights, random);
+      const core::EmissionPdf pdf = lights.pdf(s.light, s.ray.origin, s.ray.direction);
+      EXPECT_GT(s.pdf.pdf_area * s.pdf.pdf_solid_angle, 0) << lit.name;
+      EXPECT_EQ(s.pdf.prob_light, pdf.prob_light);
+      const float ratio =
+          s.pdf.pdf_area * s.pdf.pdf_solid_angle / (pdf.pdf_area * pdf.pdf_solid_angle);
+      apart += std::fabs(ratio - 1) > 1e-4F ? 1 : 0;
+    }
+    EXPECT_LE(apart, 2) << lit.name;
   }
 }
 
@@ -268,7 +301,7 @@ TEST(Emission, SelectsLightsByTheirPower) {
   std::vector<double> expected;
   for (std::uint32_t i = 0; i < powers.size(); ++i) {
     expected.push_back(static_cast<double>(powers[i]) / total * kSamples);
-    EXPECT_NEAR(lights.pdf(i, {0, 1, 0}).prob_light * kSamples, expected.back(), 0.1);
+    EXPECT_NEAR(lights.pdf(i, {}, {0, 1, 0}).prob_light * kSamples, expected.back(), 0.1);
   }
   Random random(11);
   for (int i = 0; i < kSamples; ++i) {
@@ -284,7 +317,7 @@ TEST(Emission, SamplesAnEmitterInTheSceneOfASun) {
   const auto scene = test_support::build(std::move(description));
   const EmissionSampler lights(scene->data(), nullptr);
   for (std::uint32_t i = 0; i < 4; ++i) {
-    EXPECT_GT(lights.pdf(i, {0, 1, 0}).prob_light, 0.5e-6F);
+    EXPECT_GT(lights.pdf(i, {}, {0, 1, 0}).prob_light, 0.5e-6F);
   }
 }
 
@@ -328,13 +361,12 @@ test_support::Moments received_by_light_sampling(const core::LightSampler& light
   return sum;
 }
 
-/// eye: particles are aimed at it.
 double difference_z(const Lit& lit, const std::function<float(float)>& bend,
-                    std::optional<Vec3> eye = {}) {
+                    const std::function<void(EmissionSampler&)>& aim = {}) {
   const Receiver receiver = {{-0.3F, 0.1F, -0.4F}};
   EmissionSampler emission(lit.scene->data(), lit.sky.get());
-  if (eye) {
-    emission.aim(*eye, 0.1F);
+  if (aim) {
+    aim(emission);
   }
   const core::LightSampler lights(lit.scene->data(), lit.sky.get(), core::LightPick::kUniform);
   const auto a = received_from_particles(emission, receiver, bend);
@@ -356,16 +388,20 @@ TEST(Emission, DeliversTheIrradianceOfLightSampling) {
   }
 }
 
-// Beside the receiver and over it: its points lie in some of the disks. Radius and distance are
-// those of four disks.
+// Radius and distance of the eyes are those of four disks.
 TEST(Emission, DeliversTheSameWhereItIsAimed) {
+  const auto at = [](Vec3 eye) {
+    return [eye](EmissionSampler& emission) { emission.aim(eye, 0.1F); };
+  };
+  const std::array<std::function<void(EmissionSampler&)>, 3> aims = {
+      at({0.5F, 0.3F, 0.2F}), at({0, 0.2F, -0.1F}), aim_at_balls};
   for (const Lit& lit : receivers_lights()) {
-    for (const Vec3 eye : {Vec3{0.5F, 0.3F, 0.2F}, Vec3{0, 0.2F, -0.1F}}) {
+    for (const auto& aim : aims) {
       const double z = difference_z(
-          lit, [](float) { return 1.0F; }, eye);
+          lit, [](float) { return 1.0F; }, aim);
       EXPECT_GT(test_support::two_sided_p(z), kLevel) << lit.name;
       const double bent = difference_z(
-          lit, [](float cosine) { return cosine; }, eye);
+          lit, [](float cosine) { return cosine; }, aim);
       EXPECT_LT(test_support::two_sided_p(bent), kLevel) << lit.name;
     }
   }

@@ -265,7 +265,7 @@ export interface JobRequestIntegrator {
   caustics?: string;
   /**
    * Particles emitted from the lights for each sample of the pixels; 0: one per pixel of the full
-   * film, at least 4096 and at most 262144. Default: 0.
+   * film (path-caustics: one per two pixels), at least 4096 and at most 262144. Default: 0.
    */
   photons?: number;
   /**

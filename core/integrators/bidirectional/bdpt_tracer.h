@@ -24,6 +24,7 @@
 
 #include "core/integrators/bidirectional/bdpt_vertex.h"
 #include "core/integrators/bidirectional/bdpt_weights.h"
+#include "core/integrators/bidirectional/caustic_aim.h"
 #include "core/integrators/bidirectional/merged_photons.h"
 #include "core/integrators/path/light_ledger.h"
 #include "core/light_samplers/emission_sampler.h"
@@ -70,6 +71,9 @@ class BidirectionalPathTracer final : public Integrator {
     }
     if (input.settings.fog) {
       fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);
+    }
+    if (merging_.is_on && !weights_.connects()) {
+      aim_at_caustics(input, emission_);
     }
   }
 

@@ -128,11 +128,15 @@ double BdptWeights::background(const Subpath& path) const noexcept {
   const auto light =
       static_cast<std::uint32_t>(scene_.triangle_lights.size() + scene_.punctual_lights.size());
   const PartialSums sums = after_flight(path, Rgb(1));
-  const double others =
-      squared(static_cast<double>(
-          lights_.pdf_environment(direction, path.last.origin, path.last.light_normal))) *
-          sums.vcm +
-      squared(environment_->is_black() ? 0 : density(emission_.pdf(light, -direction))) * sums.vc;
+  double others = 0;
+  if (sums.vcm > 0) {
+    others = squared(static_cast<double>(
+                 lights_.pdf_environment(direction, path.last.origin, path.last.light_normal))) *
+             sums.vcm;
+  }
+  if (sums.vc > 0 && !environment_->is_black()) {
+    others += squared(density(emission_.pdf(light, path.last.origin, -direction))) * sums.vc;
+  }
   return 1 / (1 + others);
 }
 
@@ -145,8 +149,11 @@ double BdptWeights::emission(const Subpath& path, const Vertex& vertex) const no
       static_cast<double>(lights_.pdf_triangle(light, path.last.origin, path.last.light_normal,
                                                distance_m, cos_light)) *
       static_cast<double>(cos_light) / squared(static_cast<double>(distance_m));
-  const double others = squared(direct) * vertex.sums.vcm +
-                        squared(density(emission_.pdf(light, met.wo_world))) * vertex.sums.vc;
+  double others = squared(direct) * vertex.sums.vcm;
+  if (vertex.sums.vc > 0) {
+    others +=
+        squared(density(emission_.pdf(light, met.point.position, met.wo_world))) * vertex.sums.vc;
+  }
   return 1 / (1 + others);
 }
 
@@ -161,15 +168,18 @@ double BdptWeights::light_sample(const Vertex& vertex, const LightSample& light,
     direct *= static_cast<double>(
         std::fabs(dot(scene_.triangle_lights[light.triangle].normal, light.wi_world)));
   }
-  const double emitted = density(emission_.pdf(light.light, -light.wi_world)) *
-                         flight(flight_depth, vertex.extinction);
-  const double by_bsdf =
+  double others =
       light.is_delta
           ? 0
           : squared(static_cast<double>(f.pdf_solid_angle) * flight(flight_depth, Rgb(1)) / pdf);
-  const double others =
-      by_bsdf + squared(emitted * static_cast<double>(vertex.cosine(light.wi_world)) / direct) *
-                    beyond(vertex.sums, f.pdf_reverse, TransportMode::kRadiance);
+  const double before = beyond(vertex.sums, f.pdf_reverse, TransportMode::kRadiance);
+  if (before > 0) {
+    const Vec3 on_ray = light.is_far ? vertex.origin() : light.target;
+    const double emitted = density(emission_.pdf(light.light, on_ray, -light.wi_world)) *
+                           flight(flight_depth, vertex.extinction);
+    others +=
+        squared(emitted * static_cast<double>(vertex.cosine(light.wi_world)) / direct) * before;
+  }
   return 1 / (1 + others);
 }
 

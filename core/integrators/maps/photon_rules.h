@@ -21,13 +21,22 @@ inline constexpr int kPhotonPathsUsual = 1 << 18;
 inline constexpr std::uint64_t kPhotonBytes = 36;
 inline constexpr std::uint64_t kMergedPhotonBytes = 80;
 
+/// Pixels for each light path of path-caustics, whose paths are aimed at caustics and cost as much
+/// as a sample of the image. At equal time, 128x96, the squared error with 1, 2, 4 and 8 relative
+/// to 1: caustic-pool 1, 1.2, 1.8, 3.1; glass, a glass of water, a ring in the sun, a diamond,
+/// ribbed glass and sunglasses together 1, .72, .63, .61.
+inline constexpr int kPixelsOfCausticPath = 2;
+
 /// Returns the number of particles emitted per sample of the pixels: one per pixel of the full
-/// film, within limits, unless the job sets the number.
+/// film, or kPixelsOfCausticPath, within limits, unless the job sets the number.
 inline int photon_paths(const RenderSettings& settings) noexcept {
+  if (settings.photons.paths > 0) {
+    return settings.photons.paths;
+  }
   const std::int64_t pixels = static_cast<std::int64_t>(settings.film.width) * settings.film.height;
-  return settings.photons.paths > 0 ? settings.photons.paths
-                                    : static_cast<int>(std::clamp<std::int64_t>(
-                                          pixels, kPhotonPathsLeast, kPhotonPathsUsual));
+  const int of_path = settings.integrator == kCausticsIntegrator ? kPixelsOfCausticPath : 1;
+  return static_cast<int>(
+      std::clamp<std::int64_t>(pixels / of_path, kPhotonPathsLeast, kPhotonPathsUsual));
 }
 
 /// Returns the initial radius of the gather disks, unless the job sets it.

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error/error_estimate.h"
-#include "core/integrators/census.h"
+#include "core/integrators/bidirectional/caustic_aim.h"
 #include "core/integrators/maps/photon_rules.h"
 #include "core/integrators/registry.h"
 #include "core/render/task/render_task.h"
@@ -20,32 +20,43 @@
 namespace core {
 namespace {
 
-/// Pixels of a pilot: enough to compare tiles, and few compared with an image.
+/// Pixels of a pilot: enough to compare blocks, and few compared with an image.
 constexpr double kPixels = 64.0 * 64.0;
+
+/// Samples of a job. Efficiencies are for so many: squared bias falls as N^(-2/3), and the noise of
+/// photons with it (Knaus and Zwicker 2011); other noise falls as 1/N.
+constexpr double kJobSamples = 1024;
 
 /// samples: 64 of path take less time than 16 of bdpt in five of the six scenes below, and its
 /// noise is in rarer paths.
 /// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
-/// cornell-box, interior, glass, keyhole, caustic-pool and many-lights (bdpt 1.7 to 6.1, sppm 1.4
-/// to 5.9, path-caustics 3.0 to 10), from `cpu_seconds` and `rays` of `tessera render SCENE
-/// --integrator NAME --json`.
-/// advantage: required over path. For bdpt because pilots are only this accurate, and path offers
-/// adaptive sampling and intervals of denoised images, which the correlated pixels of bdpt do not
-/// allow. For sppm and path-caustics because their squared error falls as N^(-2/3), that of path as
-/// 1/N: one that is four times as efficient at 16 samples is as good at 1,024.
+/// cornell-box, interior, glass, keyhole, caustic-pool and many-lights at 240x136 (bdpt 2.1 to 6.1,
+/// sppm 2.0 to 5.9, path-caustics 2.7 to 5.9), from the differences in `cpu_seconds` and `rays` of
+/// `tessera render SCENE --integrator NAME --json` with 32 and 128 samples.
+/// advantage: required over path, because pilots are only this accurate, and path offers adaptive
+/// sampling and intervals of denoised images, which correlated pixels do not allow.
+/// is_of_photons: all indirect light is, and its noise.
 struct Candidate {
   std::string_view name;
   int samples;  ///< of the pilot, rounded to what the sampler can produce
   double ray_weight;
   double advantage;
+  bool is_of_photons = false;
 };
 constexpr std::array<Candidate, 4> kCandidates = {{{"path", 64, 1.0, 1.0},
-                                                   {"bdpt", 16, 2.8, 1.5},
-                                                   {"sppm", 16, 2.4, 4.0},
-                                                   {kCausticsIntegrator, 16, 4.9, 4.0}}};
-/// Those of `auto`; the last one only without an error target.
-constexpr std::array<std::size_t, 3> kOfAuto = {0, 1, 2};
-constexpr std::array<std::size_t, 2> kOfCaustics = {0, 3};
+                                                   {"bdpt", 16, 3.1, 1.5},
+                                                   {"sppm", 16, 2.8, 1.5, true},
+                                                   {kCausticsIntegrator, 16, 3.6, 1.5}}};
+constexpr std::size_t kOfPath = 0;
+constexpr std::size_t kOfBdpt = 1;
+constexpr std::size_t kOfSppm = 2;
+constexpr std::size_t kOfCaustics = 3;
+
+/// Side of the blocks of pixels whose errors are relative to their light, as in the layers of
+/// compared images: nearly those of single pixels.
+constexpr int kBlock = 3;
+/// An image has missed light if it is darker by more than twice the errors of both.
+constexpr double kClear = 2;
 
 /// Part of ray_weight for each candidate of light sampler ris: half of what the default of two
 /// adds, the geometric mean over cornell-box (.25), interior (.15), many-lights (.14), veach-mis
@@ -81,7 +92,16 @@ View pilot_view(const View& view, std::string_view integrator) {
   RenderSettings settings = default_settings(integrator);
   settings.max_depth = view.settings.max_depth;
   settings.sampler = view.settings.sampler;
-  return small_view(view, std::move(settings));
+  View small = small_view(view, settings);
+  if (accepts(*find_integrator(integrator), "/integrator/photons")) {
+    settings.film = view.settings.film;
+    const auto pixels = [](const FilmSettings& film) {
+      return static_cast<double>(film.width) * film.height;
+    };
+    const double share = pixels(small.settings.film) / pixels(settings.film);
+    small.settings.photons.paths = std::max(1, static_cast<int>(photon_paths(settings) * share));
+  }
+  return small;
 }
 
 struct Rendered {
@@ -116,8 +136,8 @@ Result<Rendered> render_pilot(const View& view, int samples, bool counts_particl
   return Rendered{film, light ? light->detected : 0};
 }
 
-/// Sums of squares over the pixels and channels of a tile.
-struct TileFigures {
+/// Sums of squares over the pixels and channels of a block.
+struct BlockFigures {
   double noise = 0;
   double light = 0;
   double roots = 0;   ///< of the luminance, for the floor
@@ -125,18 +145,18 @@ struct TileFigures {
 };
 
 template <typename Visit>
-void for_each_pixel(const FilmSnapshot& film, const PixelRect& tile, const Visit& visit) {
-  for (int y = tile.y; y < tile.y + tile.height; ++y) {
-    for (int x = tile.x; x < tile.x + tile.width; ++x) {
+void for_each_pixel(const FilmSnapshot& film, const PixelRect& block, const Visit& visit) {
+  for (int y = block.y; y < block.y + block.height; ++y) {
+    for (int x = block.x; x < block.x + block.width; ++x) {
       visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(film.rect.width) +
             static_cast<std::size_t>(x));
     }
   }
 }
 
-TileFigures figures_of(const FilmSnapshot& film, const PixelRect& tile) {
-  TileFigures sums;
-  for_each_pixel(film, tile, [&](std::size_t i) {
+BlockFigures figures_of(const FilmSnapshot& film, const PixelRect& block) {
+  BlockFigures sums;
+  for_each_pixel(film, block, [&](std::size_t i) {
     const Rgb one = half_value(film, i, 0).mean;
     const Rgb other = half_value(film, i, 1).mean;
     sums.light += 0.5 * static_cast<double>(luminance(one + other));
@@ -150,9 +170,9 @@ TileFigures figures_of(const FilmSnapshot& film, const PixelRect& tile) {
   return sums;
 }
 
-double squared_distance(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& tile) {
+double squared_distance(const FilmSnapshot& a, const FilmSnapshot& b, const PixelRect& block) {
   double sum = 0;
-  for_each_pixel(a, tile, [&](std::size_t i) {
+  for_each_pixel(a, block, [&](std::size_t i) {
     const auto mean = [i](const FilmSnapshot& film) {
       return (half_value(film, i, 0).mean + half_value(film, i, 1).mean) * 0.5F;
     };
@@ -164,14 +184,14 @@ double squared_distance(const FilmSnapshot& a, const FilmSnapshot& b, const Pixe
   return sum;
 }
 
-/// Returns the squared bias of an image, from one with a quarter of it: b - b / 4 = 3 b / 4.
-double squared_bias(const PilotImage& image, double noise, const PixelRect& tile) {
+/// Returns the squared bias of an image, from one with a quarter of it: b - b / 4 = 3 b / 4. Its
+/// expected value is right, so that of noise alone may be negative.
+double squared_bias(const PilotImage& image, double noise, const PixelRect& block) {
   if (!image.finer) {
     return 0;
   }
-  const double finer_noise = figures_of(*image.finer, tile).noise;
-  const double apart = squared_distance(image.film, *image.finer, tile);
-  return 16.0 / 9 * std::max(apart - noise - finer_noise, 0.0);
+  const double finer_noise = figures_of(*image.finer, block).noise;
+  return 16.0 / 9 * (squared_distance(image.film, *image.finer, block) - noise - finer_noise);
 }
 
 std::string in_words(double value) {
@@ -196,14 +216,20 @@ std::string without_pilot(const View& view) {
 
 std::vector<double> pilot_errors(std::span<const PilotImage> images) {
   const PixelRect whole = images[0].film.rect;
-  const std::vector<PixelRect> tiles = tile_rects({0, 0, whole.width, whole.height});
-  std::vector<std::vector<TileFigures>> figures;  // by tile and image
+  std::vector<PixelRect> blocks;
+  for (int y = 0; y < whole.height; y += kBlock) {
+    for (int x = 0; x < whole.width; x += kBlock) {
+      blocks.push_back(
+          {x, y, std::min(kBlock, whole.width - x), std::min(kBlock, whole.height - y)});
+    }
+  }
+  std::vector<std::vector<BlockFigures>> figures;  // by block and image
   double roots = 0;
-  for (const PixelRect& tile : tiles) {
+  for (const PixelRect& block : blocks) {
     figures.emplace_back();
     double most = 0;
     for (const PilotImage& image : images) {
-      figures.back().push_back(figures_of(image.film, tile));
+      figures.back().push_back(figures_of(image.film, block));
       most = std::max(most, figures.back().back().roots);
     }
     roots += most;
@@ -211,14 +237,15 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
   const double pixels = static_cast<double>(whole.width) * whole.height;
   const double of_channel = error_floor(roots / pixels);
   const double floor = 3 * of_channel * of_channel;
-  std::vector<double> errors(images.size());
-  for (std::size_t t = 0; t < tiles.size(); ++t) {
-    const double area = static_cast<double>(tiles[t].width) * tiles[t].height;
-    const std::vector<TileFigures>& of = figures[t];
-    std::vector<double> seen;  // by the images themselves
+  std::vector<double> noise(images.size());
+  std::vector<double> bias(images.size());
+  for (std::size_t t = 0; t < blocks.size(); ++t) {
+    const double area = static_cast<double>(blocks[t].width) * blocks[t].height;
+    const std::vector<BlockFigures>& of = figures[t];
+    std::vector<double> biases;
     double signal = 0;
     for (std::size_t k = 0; k < images.size(); ++k) {
-      seen.push_back(of[k].noise + squared_bias(images[k], of[k].noise, tiles[t]));
+      biases.push_back(squared_bias(images[k], of[k].noise, blocks[t]));
       signal = std::max(signal, of[k].signal);
     }
     const double scale =
@@ -226,13 +253,20 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
     for (std::size_t k = 0; k < images.size(); ++k) {
       double missed = 0;
       for (std::size_t j = 0; j < images.size(); ++j) {
-        if (of[k].light < of[j].light) {
-          const double apart = squared_distance(images[k].film, images[j].film, tiles[t]);
-          missed = std::max(missed, apart - seen[k] - seen[j]);
+        const double seen =
+            of[k].noise + of[j].noise + std::max(biases[k], 0.0) + std::max(biases[j], 0.0);
+        const double apart = squared_distance(images[k].film, images[j].film, blocks[t]);
+        if (of[k].light < of[j].light && apart > kClear * kClear * seen) {
+          missed = std::max(missed, apart - seen);
         }
       }
-      errors[k] += scale * (seen[k] + missed);
+      noise[k] += scale * (of[k].noise * images[k].noise_growth + missed);
+      bias[k] += scale * biases[k] * images[k].bias_growth;
     }
+  }
+  std::vector<double> errors;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    errors.push_back(noise[k] + std::max(bias[k], 0.0));
   }
   return errors;
 }
@@ -290,7 +324,10 @@ Result<PilotFigures> run_pilot(View small, const Candidate& candidate, Variance 
                        .error = ErrorEstimate(film).image(0.95).relative,
                        .lacks = seen->lacks};
   if (is_biased) {
+    image.bias_growth = std::cbrt(kJobSamples / figures.samples);  // N^(-2/3) over 1 / N
+    image.noise_growth = candidate.is_of_photons ? image.bias_growth : 1;
     small.settings.photons.radius_m = radius_m / 2;
+    ++small.settings.seed;  // Its noise is independent.
     seen = render_pilot(small, candidate.samples, compares_light, stop);
     if (!seen) {
       return seen.error();
@@ -325,31 +362,16 @@ std::string text_of(const PilotChoice& choice) {
          "1 / (V T) of " + efficiencies + advantages + lacking;
 }
 
-/// Particles that look for caustics. If none of them is one, with 95% confidence at most
-/// -log(0.05) / 16,384 of all light is, 0.02%.
-constexpr int kCausticParticles = 1 << 14;
-
-/// Returns whether a particle comes to what the camera sees through or off smooth surfaces alone.
-Result<bool> sees_caustics(const View& view) {
-  const View small = pilot_view(view, kCandidates[0].name);
+/// Returns the fraction of the light that arrives where the camera sees it that is caustics.
+Result<double> caustics_seen(const View& view) {
+  const View small = pilot_view(view, kCausticsIntegrator);
   const auto camera = camera_of(small);
   if (!camera) {
     return camera.error();
   }
-  const FilmSettings& film = small.settings.film;
-  LightCensus census(
-      {small.scene->data(), small.environment.get(), small.settings, &camera->first()},
-      tile_rects({0, 0, film.width, film.height}));
-  census.trace(0, kCausticParticles);
-  for (int tile = 0; tile < census.tile_count(); ++tile) {
-    for (int r = 0; r < LightRoute::kCount; ++r) {
-      const CensusHits hits = census.hits(tile, LightRoute::at(r));
-      if (LightRoute::at(r).is_caustic() && hits.open + hits.held > 0) {
-        return true;
-      }
-    }
-  }
-  return false;
+  EmissionSampler emission(small.scene->data(), small.environment.get());
+  return aim_at_caustics(
+      {small.scene->data(), small.environment.get(), small.settings, &camera->first()}, emission);
 }
 
 struct Trial {
@@ -404,26 +426,38 @@ Result<PilotChoice> choose_among(const std::vector<Trial>& trials, Variance by,
 Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
                                       const std::stop_token& stop) {
   if (const std::string why = without_pilot(view); !why.empty()) {
-    return PilotChoice{kCandidates[0].name, "'path', since " + why, {}};
+    return PilotChoice{kCandidates[kOfPath].name, "'path', since " + why, {}};
   }
-  const std::size_t count = may_be_biased(view, has_error_target) ? 3 : 2;
-  return choose_among(trials_of(view, std::span(kOfAuto).first(count)), Variance::kAgainstAll,
-                      stop);
+  std::vector<std::size_t> candidates = {kOfPath, kOfBdpt};
+  if (may_be_biased(view, has_error_target)) {
+    candidates.push_back(kOfSppm);
+    const auto caustics = caustics_seen(view);
+    if (!caustics) {
+      return caustics.error();
+    }
+    if (*caustics > kCausticsLeast) {
+      candidates.push_back(kOfCaustics);
+    }
+  }
+  return choose_among(trials_of(view, candidates), Variance::kAgainstAll, stop);
 }
 
 Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop) {
   std::string why = without_pilot(view);
   if (why.empty()) {
-    const auto sees = sees_caustics(view);
-    if (!sees) {
-      return sees.error();
+    const auto caustics = caustics_seen(view);
+    if (!caustics) {
+      return caustics.error();
     }
-    why = *sees ? "" : "the camera sees no caustic";
+    if (*caustics <= kCausticsLeast) {
+      why = "caustics are " + in_words(100 * *caustics) + "% of the light that the camera sees";
+    }
   }
   if (!why.empty()) {
-    return PilotChoice{kCandidates[0].name, "'path', since " + why, {}};
+    return PilotChoice{kCandidates[kOfPath].name, "'path', since " + why, {}};
   }
-  return choose_among(trials_of(view, kOfCaustics), Variance::kAgainstAll, stop);
+  const std::array candidates = {kOfPath, kOfCaustics};
+  return choose_among(trials_of(view, candidates), Variance::kAgainstAll, stop);
 }
 
 Result<PilotChoice> choose_light_sampler(const View& view, const std::stop_token& stop) {

@@ -1,17 +1,18 @@
-/// Chooses path, bdpt or sppm for jobs of type `auto`, by small pilot images of each, whether
-/// `path` traces photons of caustics, and how it picks lights.
+/// Chooses path, bdpt, sppm or path-caustics for jobs of type `auto`, by small pilot images of
+/// each, whether `path` traces photons of caustics, and how it picks lights.
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
-/// squared error of the pilot's pixels, relative in each tile to the light that the pilots found
-/// there, times the samples; T is work per sample, the number of rays times a fixed weight, never
+/// squared error of the pilot's pixels, relative to the light that the pilots found there, times
+/// the samples; T is work per sample, the number of rays times a fixed weight, never
 /// time. The choice therefore depends only on the scene and on the job without its seed, crop,
 /// replicates and machine, so all parts of an image make the same choice.
 ///
 /// The squared error is that of the noise, from the halves, plus two parts that no halves show:
 /// - A pilot that misses rare light is dark there and appears free of noise. Where two images
-///   differ by more than their errors, the difference counts as error of the darker one.
-/// - The bias of sppm is proportional to its squared radius, so an image with half the radius has a
-///   quarter of it, and the difference of the two images shows the rest.
+///   differ by more than twice their errors, the difference counts as error of the darker one.
+/// - The bias of sppm and path-caustics is proportional to their squared radius, so an image with
+///   half the radius has a quarter of it, and the difference of the two images shows the rest.
+///   It falls more slowly than noise: V is that of 1,024 samples.
 /// A candidate whose pilot lacks more than kLackMost of the light, as the census of its particles
 /// finds (core/render/picture/light_not_found.h), is left out if another does not: no number of
 /// samples brings that light.
@@ -35,11 +36,13 @@ namespace core {
 
 /// An error of 1% is hardly visible in a clean image.
 inline constexpr double kLackMost = 0.01;
+/// The same in a tenth of an image.
+inline constexpr double kCausticsLeast = 0.1 * kLackMost;
 
 struct PilotFigures {
   std::string_view name;  ///< of an integrator or a light sampler
   double samples = 0;     ///< per pixel
-  double variance = 0;    ///< relative squared error of a sample
+  double variance = 0;    ///< relative squared error of a sample, if there are 1,024
   double work = 0;        ///< per sample of a pixel, in rays of `path`
   double efficiency = 0;  ///< 1 / (variance work); infinite if there is no error
   double error = 0;       ///< as a job reports it
@@ -52,15 +55,15 @@ struct PilotChoice {
   std::vector<PilotFigures> pilots;  ///< path or tree first; empty if none was needed
 };
 
-/// Chooses the integrator. has_error_target: not sppm, whose error is measured by images of bdpt
-/// with an eighth of its samples: their doubt meets a target about when bdpt itself does. Pre:
-/// view.settings.integrator is kAutomaticIntegrator with options that it accepts. Errors: as
-/// settle().
+/// Chooses the integrator. has_error_target: not sppm and path-caustics, whose error is measured by
+/// images of bdpt with an eighth of its samples: their doubt meets a target about when bdpt itself
+/// does. Pre: view.settings.integrator is kAutomaticIntegrator with options that it accepts.
+/// Errors: as settle().
 Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
                                       const std::stop_token& stop = {});
 
-/// Chooses path or kCausticsIntegrator, without pilots if no particle of a census comes to what the
-/// camera sees as a caustic. Pre: as above, of `path`. Errors: as above.
+/// Chooses path or kCausticsIntegrator, without pilots if caustics are no more than kCausticsLeast
+/// of the light that arrives where the camera sees it. Pre: as above, of `path`. Errors: as above.
 Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop = {});
 
 /// Chooses tree or ris. Not restir, which leaves the lanes: its rays take 1.7 to 5.1 times as long,
@@ -82,6 +85,9 @@ Result<std::string> settle_light_sampler(View& view, const std::stop_token& stop
 struct PilotImage {
   FilmSnapshot film;
   std::optional<FilmSnapshot> finer{};  ///< with half the radius, if the image is biased
+  /// By how much samples times squared error are more at kJobSamples than in the pilot.
+  double noise_growth = 1;
+  double bias_growth = 1;
 };
 
 /// Returns the index of the best of the candidates.

@@ -39,7 +39,8 @@ enum class Lamp { kPanel, kPoint, kSky, kAll };
 /// kNoLightProbability: light samples as if there were one light; kReverse: densities of the way
 /// back are 2% too large.
 /// kMergedTwice: connections do not know of the strategies that merge. kOtherDisk: those of the
-/// light subpath believe in a smaller disk.
+/// light subpath believe in a smaller disk. kUnaimed: light subpaths believe in lights that are not
+/// aimed.
 enum class Fault {
   kNone,
   kNoFlightBack,
@@ -47,7 +48,8 @@ enum class Fault {
   kNoLightProbability,
   kReverse,
   kMergedTwice,
-  kOtherDisk
+  kOtherDisk,
+  kUnaimed
 };
 
 /// The point, which is also in the panel.
@@ -125,6 +127,13 @@ class Paths {
         lights_(data(), sky_.get(), core::LightPick::kTree),
         emission_(data(), sky_.get()),
         weights_({data(), sky_.get(), settings_, &camera_}, lights_, emission_) {}
+
+  /// Aims the lights at balls, one in the other, and at the first light.
+  void aim() {
+    std::vector<float> lights(emission_.size());
+    lights[0] = 1;
+    emission_.aim({{{0.2F, 0.5F, 0.1F}, 1.5F, 0.3F}, {{0, 0.1F, 0}, 0.5F, 0.4F}}, lights);
+  }
 
   /// targets: from the camera to the light. Empty if the light cannot take this way.
   std::optional<double> sum_of_weights(const std::vector<Target>& targets, Random& random) {
@@ -273,7 +282,9 @@ class Paths {
     }
     path.ray.origin = path.last.origin = light.ray.origin;
     path.ray.direction = -to_light(first);
-    light.pdf = emission_.pdf(light.light, path.ray.direction);
+    const core::EmissionSampler unaimed(data(), sky_.get());
+    light.pdf = (fault_ == Fault::kUnaimed ? unaimed : emission_)
+                    .pdf(light.light, path.ray.origin, path.ray.direction);
     bool is_ended = false;
     for (std::size_t i = targets_.size(); is_possible_ && i-- > 0;) {
       Vertex& vertex = reach(light_side_, path, targets_[i]);
@@ -453,6 +464,27 @@ TEST(BdptWeights, AddUpToOneWithCausticsAlone) {
                                                     << ", " << is_orthographic << ", " << merged;
         }
       }
+    }
+  }
+}
+
+TEST(BdptWeights, AddUpToOneWhereLightsAreAimed) {
+  for (const Lamp lamp : {Lamp::kPanel, Lamp::kPoint, Lamp::kSky}) {
+    Paths caustics(lamp, false, Fault::kNone, 1, "path-caustics");
+    caustics.aim();
+    for (const char* kinds : {"s^", "fs-s^", "s-s-s^"}) {
+      EXPECT_LT(worst(caustics, kinds), kRounding) << kinds << ", lamp " << static_cast<int>(lamp);
+    }
+    // Where both strategies weigh something.
+    Paths wrong(lamp, false, Fault::kUnaimed, lamp == Lamp::kSky ? 1e3 : 1, "path-caustics");
+    wrong.aim();
+    EXPECT_GT(worst(wrong, "s^"), kRounding) << "lamp " << static_cast<int>(lamp);
+  }
+  for (const bool is_orthographic : {false, true}) {
+    Paths paths(Lamp::kAll, is_orthographic, Fault::kNone);
+    paths.aim();
+    for (const char* kinds : kGlassKinds) {
+      EXPECT_LT(worst(paths, kinds), kRounding) << kinds << ", " << is_orthographic;
     }
   }
 }

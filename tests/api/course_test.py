@@ -169,9 +169,11 @@ def rounded(text):
 
 
 def disagreements(texts, lab):
-    """Numbers of the text that are not those of the runs, rounded."""
+    """Numbers of these chapters that are not those of the runs, rounded."""
     wrong = []
     for number, words, measure in FIGURES:
+        if number not in texts:
+            continue
         found = re.search(words, texts[number], re.S)
         if found is None:
             wrong.append(f"chapter {number} does not say {words}")
@@ -215,7 +217,7 @@ class CourseTest(ApiTest):
                 digit = found.end(group) - (2 if text.endswith("%") else 1)
                 other = str((int(texts[number][digit]) + 5) % 10)
                 changed = texts[number][:digit] + other + texts[number][digit + 1 :]
-                self.assertTrue(disagreements({**texts, number: changed}, lab), (number, text))
+                self.assertTrue(disagreements({number: changed}, lab), (number, text))
 
     def test_no_other_number_is_stated_as_measured(self):
         for number, text in chapters().items():

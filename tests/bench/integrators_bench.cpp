@@ -1,11 +1,13 @@
-// Every integrator with equal CPU time on built-in scenes and on three glTF files of the folder of
-// assets, if there is one. Prints, never asserts: times depend on the machine and its load.
+// Every integrator with equal CPU time on built-in scenes, on scenes of caustics and on three glTF
+// files of the folder of assets, if there is one. Prints, never asserts: times depend on the
+// machine and its load.
 //
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
-// finds, path for open scenes, bdpt for the others. `without 1 %`: the same without the worst
-// hundredth of the pixels, for images whose error is in a few bright points. With several seeds,
-// both are medians over them. Sample counts follow from the cost of two and of six samples.
+// finds, path for open scenes, path-caustics for scenes of caustics, bdpt for the others. `without
+// 1 %`: the same without the worst hundredth of the pixels, for images whose error is in a few
+// bright points. With several seeds, both are medians over them. Sample counts follow from the cost
+// of two and of six samples.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -42,6 +44,9 @@ std::vector<Case> cases() {
   std::vector<Case> all = {{"cornell-box", "path"}, {"veach-mis", "path"}, {"many-lights", "path"},
                            {"glass", "bdpt"},       {"interior", "bdpt"},  {"keyhole", "bdpt"},
                            {"caustic-pool", "sppm"}};
+  for (const char* name : {"water", "ring", "diamond", "ribbed"}) {
+    all.push_back({name, "path-caustics"});
+  }
   if (const auto folder = test_support::assets_folder()) {
     const std::string path = folder->string() + "/";
     const std::string garden = "," + path + "env/chinese_garden_1k.hdr";

@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "tests/bench/bench_views.h"
+#include "tests/bench/caustic_views.h"
 #include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
 
@@ -12,6 +13,9 @@ namespace bench {
 
 core::View named_view(const std::string& name, int width, int height) {
   const std::size_t comma = std::min(name.find(','), name.size());
+  if (auto made = caustic_view(name, width, height)) {
+    return *std::move(made);
+  }
   if (name.find('.') == std::string::npos) {
     return builtin_view(name, width, height);
   }

@@ -1,6 +1,8 @@
 /// Paths that begin at a light.
 #pragma once
 
+#include <type_traits>
+
 #include "core/light_samplers/emission_sampler.h"
 #include "core/materials/adjoint_bsdf.h"
 #include "core/samplers/dimensions.h"
@@ -28,7 +30,7 @@ struct LightVertex {
 };
 
 /// Starts `path` at a light and follows it to its end; visit(vertex) at each surface, before it
-/// scatters there.
+/// scatters there. It may return whether the path goes on.
 template <typename Visit>
 void follow_light_path(const SceneData& scene, const EmissionSampler& emission, int max_depth,
                        PathState& path, Visit&& visit) {
@@ -51,7 +53,12 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     if (path.scatterings() == 0) {  // a range ends at the first surface that scatters
       power *= emission.range_factor(light.light, length(vertex.point.position - path.last.origin));
     }
-    visit(LightVertex{light, vertex, at, from_light, power, is_smooth});
+    const LightVertex met = {light, vertex, at, from_light, power, is_smooth};
+    if constexpr (std::is_void_v<decltype(visit(met))>) {
+      visit(met);
+    } else if (!visit(met)) {
+      return;
+    }
     const int depth = path.depth;
     const Vec4 u = path.sampler.get_4d(dimension_group(depth, BounceGroup::kBsdf));
     const ScatterSample next =

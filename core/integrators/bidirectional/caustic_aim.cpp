@@ -26,7 +26,7 @@ constexpr std::size_t kBallsMost = 32;
 /// Fewer points do not tell how far they extend.
 constexpr std::size_t kPointsLeast = 8;
 constexpr int kRounds = 3;
-constexpr int kParticles = 1 << 13;  ///< of a round
+constexpr int kParticles = 1 << 12;  ///< of a round
 constexpr int kRaySide = 64;         ///< camera rays are a square of these
 
 /// Where camera paths meet surfaces on which caustics show.
@@ -153,7 +153,7 @@ double aim_at_caustics(const IntegratorInput& input, EmissionSampler& emission) 
   std::vector<AimPoint> first;
   std::vector<float> lights(emission.size());
   double caustics = 0;
-  double all = 0;
+  double all = 0;  // in the first round
   PathSampler sampler = pilot_sampler();
   std::uint64_t rays = 0;
   for (int i = 0; i < kRounds * kParticles; ++i) {
@@ -161,6 +161,7 @@ double aim_at_caustics(const IntegratorInput& input, EmissionSampler& emission) 
     PathState path = start_path(sampler, rays);
     AimPoint start;
     bool is_sharp = true;
+    const bool is_first_round = i < kParticles;
     const auto visit = [&](const LightVertex& vertex) {
       if (path.bounces() == 0) {
         start.position = vertex.surface.point.position;
@@ -169,15 +170,15 @@ double aim_at_caustics(const IntegratorInput& input, EmissionSampler& emission) 
         is_sharp = is_sharp && (pdf == 0 || is_sharp_density(pdf));
       }
       const float light = luminance(vertex.power);
-      if (!vertex.from_light.bsdf().has_spread() || !std::isfinite(light) ||
-          !is_seen(vertex.surface)) {
-        return;
+      if (vertex.from_light.bsdf().has_spread() && std::isfinite(light) &&
+          is_seen(vertex.surface)) {
+        all += is_first_round ? static_cast<double>(light) : 0;
+        if (is_sharp && path.bounces() > 0) {
+          start.weight += light;
+          lights[vertex.light.light] += light;
+        }
       }
-      all += static_cast<double>(light);
-      if (is_sharp && path.bounces() > 0) {
-        start.weight += light;
-        lights[vertex.light.light] += light;
-      }
+      return is_sharp || is_first_round;
     };
     follow_light_path(input.scene, emission, input.settings.max_depth, path, visit);
     if (start.weight > 0) {
@@ -188,7 +189,7 @@ double aim_at_caustics(const IntegratorInput& input, EmissionSampler& emission) 
       emission.aim(balls_around(first, kAimedShare), lights);
     }
   }
-  return all > 0 ? caustics / all : 0;
+  return all > 0 ? caustics / (kRounds * all) : 0;
 }
 
 }  // namespace core

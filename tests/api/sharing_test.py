@@ -99,7 +99,7 @@ class ComparisonsTest(SharingTest):
 
     def test_one_tenants_comparisons_do_not_stop_those_of_others(self):
         small = [self.finished("a", 32, 32, seed) for seed in (1, 2)]
-        large = [self.finished("b", 1600, 900, seed) for seed in (1, 2)]
+        large = [self.finished("b", 1024, 576, seed) for seed in (1, 2)]
         stop = threading.Event()
 
         def loop():

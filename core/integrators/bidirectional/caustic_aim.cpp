@@ -18,8 +18,8 @@
 namespace core {
 namespace {
 
-/// Of the light paths; the rest keeps the distribution of the lights, so no weight is more than
-/// four times that of an unaimed path.
+/// Of the light paths, and of the choice of lights; the rest keeps their distribution, so no weight
+/// is more than 16 times that of an unaimed path.
 constexpr float kAimedShare = 0.75F;
 /// Balls: each density is a sum over them.
 constexpr std::size_t kBallsMost = 32;
@@ -102,10 +102,10 @@ void add_balls(std::span<AimPoint> points, std::size_t balls, double total, floa
              : size.y >= size.z                 ? point.position.y
                                                 : point.position.z;
     };
-    const std::size_t half = points.size() / 2;
-    std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half),
-                     points.end(),
+    // Stable: the same in every standard library.
+    std::stable_sort(points.begin(), points.end(),
                      [&](const AimPoint& a, const AimPoint& b) { return along(a) < along(b); });
+    const std::size_t half = points.size() / 2;
     add_balls(points.first(half), balls / 2, total, share, out);
     add_balls(points.subspan(half), balls / 2, total, share, out);
     return;

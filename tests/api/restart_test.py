@@ -66,7 +66,8 @@ class EveryIntegrator(RestartTest):
 
     def test_films_are_unchanged_after_repeated_kills(self):
         for kind_of_job in KINDS:
-            for factor in (2, 4, 8, 16, 32):  # A fast machine ends the shorter ones before the kill.
+            # A fast machine ends the shorter ones before the kill.
+            for factor in (2, 4, 8, 16, 32):
                 samples = factor * kind_of_job["stop"]["samples_per_pixel"]
                 wanted = kind_of_job | {"stop": {"samples_per_pixel": samples}}
                 job = self.server.submit(wanted)["id"]

@@ -22,8 +22,11 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   }
   jsCtx* js = link_->handles_->jetstream;
   jsErrCode code{};
-  // Units left by an earlier process or connection are obsolete.
-  static_cast<void>(js_DeleteStream(js, kStream, nullptr, &code));
+  // Units left by an earlier process or connection are obsolete. The stream stays: a new one would
+  // count its messages from 1 again, and a worker that is done with an old message would remove the
+  // new one of the same number.
+  static_cast<void>(js_DeleteConsumer(js, kStream, kConsumer, nullptr, &code));
+  static_cast<void>(js_PurgeStream(js, kStream, nullptr, &code));
   std::array<const char*, 1> subjects = {kSubject};
   jsStreamConfig stream;
   jsStreamConfig_Init(&stream);
@@ -33,8 +36,13 @@ core::Status UnitPublisher::prepare(std::chrono::milliseconds silence) {
   stream.Retention = js_WorkQueuePolicy;
   stream.Storage = js_MemoryStorage;
   stream.Replicas = 1;
-  if (const natsStatus s = js_AddStream(nullptr, js, &stream, nullptr, &code); s != NATS_OK) {
-    return nats_error("the stream of units cannot be created (is JetStream enabled?)", s);
+  natsStatus added = js_AddStream(nullptr, js, &stream, nullptr, &code);
+  if (added != NATS_OK) {  // There is none, or one of another version with other settings.
+    static_cast<void>(js_DeleteStream(js, kStream, nullptr, &code));
+    added = js_AddStream(nullptr, js, &stream, nullptr, &code);
+  }
+  if (added != NATS_OK) {
+    return nats_error("the stream of units cannot be created (is JetStream enabled?)", added);
   }
   jsConsumerConfig consumer;
   jsConsumerConfig_Init(&consumer);
@@ -152,20 +160,29 @@ std::optional<UnitPuller::Unit> UnitPuller::next(std::chrono::milliseconds time)
   natsMsgList_Destroy(&list);
   return Unit(std::string(natsMsg_GetData(message),
                           static_cast<std::size_t>(natsMsg_GetDataLength(message))),
-              message);
+              message, *link_, generation_);
 }
 
 UnitPuller::Unit::~Unit() { natsMsg_Destroy(static_cast<natsMsg*>(message_)); }
 
-// A lost message is harmless: the coordinator knows which units are open.
+// A lost message is harmless: the coordinator knows which units are open. A broker that restarted
+// counts from 1 again: the answer would be to another unit.
+bool UnitPuller::Unit::is_current() const { return generation_ == link_.generation(); }
+
 void UnitPuller::Unit::renew() const {
-  static_cast<void>(natsMsg_InProgress(static_cast<natsMsg*>(message_), nullptr));
+  if (is_current()) {
+    static_cast<void>(natsMsg_InProgress(static_cast<natsMsg*>(message_), nullptr));
+  }
 }
 void UnitPuller::Unit::done() const {
-  static_cast<void>(natsMsg_Ack(static_cast<natsMsg*>(message_), nullptr));
+  if (is_current()) {
+    static_cast<void>(natsMsg_Ack(static_cast<natsMsg*>(message_), nullptr));
+  }
 }
 void UnitPuller::Unit::hand_back() const {
-  static_cast<void>(natsMsg_Nak(static_cast<natsMsg*>(message_), nullptr));
+  if (is_current()) {
+    static_cast<void>(natsMsg_Nak(static_cast<natsMsg*>(message_), nullptr));
+  }
 }
 
 }  // namespace queue

@@ -64,10 +64,15 @@ class UnitPuller {
   /// due.
   class Unit {
    public:
-    Unit(std::string name, void* message) : name_(std::move(name)), message_(message) {}
+    /// link: must outlive it. generation: that of the link in which the message came.
+    Unit(std::string name, void* message, const NatsLink& link, std::uint64_t generation)
+        : name_(std::move(name)), message_(message), link_(link), generation_(generation) {}
     ~Unit();
     Unit(Unit&& other) noexcept
-        : name_(std::move(other.name_)), message_(std::exchange(other.message_, nullptr)) {}
+        : name_(std::move(other.name_)),
+          message_(std::exchange(other.message_, nullptr)),
+          link_(other.link_),
+          generation_(other.generation_) {}
     Unit& operator=(Unit&&) = delete;
     Unit(const Unit&) = delete;
     Unit& operator=(const Unit&) = delete;
@@ -81,8 +86,13 @@ class UnitPuller {
     void hand_back() const;
 
    private:
+    /// Returns whether the broker still knows the message by its number.
+    bool is_current() const;
+
     std::string name_;
     void* message_;
+    const NatsLink& link_;
+    std::uint64_t generation_;
   };
   /// Waits for a unit for that long. Returns empty if there is none, or no broker.
   std::optional<Unit> next(std::chrono::milliseconds time);

@@ -358,7 +358,8 @@ class HandWorker:
             yield wait
 
     def pull(self):
-        """Acknowledges a unit at once; returns its name, or None if there was none or no answer."""
+        """Acknowledges a unit at once; returns its name, or None if there was none or no answer.
+        Keeps the number that the queue gave the message, by which it is acknowledged."""
         broker = self.farm.broker
         with socket.create_connection((broker.place.host, broker.port), timeout=1) as plug:
             inbox = b"inbox.%s" % self.id.encode()
@@ -375,6 +376,8 @@ class HandWorker:
                 if unit := re.search(rb"\r\nMSG \S+ 1 (\S+) \d+\r\n(.*)\r\n", received):
                     plug.sendall(b"PUB %s 4\r\n+ACK\r\nPING\r\n" % unit[1])
                     plug.recv(4096)  # PONG: the broker has received it.
+                    # $JS.ACK, stream, consumer, deliveries, number in the stream, ...
+                    self.message = int(unit[1].split(b".")[5])
                     return unit[2].decode()
                 if re.search(rb"\r\nHMSG .*\r\n", received):
                     return None

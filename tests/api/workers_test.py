@@ -593,6 +593,19 @@ class KillTest(FarmTest):
         # One may report after the other has rendered all.
         wait_for(lambda: before <= set(workers()), workers)
 
+    def test_messages_of_a_restarted_coordinator_have_other_numbers(self):
+        # A worker that is done with an old unit acknowledges it by its number: the unit of the same
+        # number would be lost.
+        farm = self.farm()
+        farm.server.submit(long_job())
+        hand = HandWorker(farm)
+        hand.next_unit()
+        before = hand.message
+        farm.server.kill()
+        farm.server.start()
+        hand.next_unit()
+        self.assertGreater(hand.message, before)
+
     def test_unit_that_kills_three_workers_fails_its_job(self):
         farm = self.farm(lease=0.5)
         job = farm.server.submit(long_job())

@@ -128,15 +128,9 @@ void LightCensus::follow_camera_path(PathState& path, const Point& blank) {
         points_.push_back(point);
       }
     }
-    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-    if (!(bsdf.prob_delta() > 0)) {
+    if (!scatter_delta(scene_, path, vertex, bsdf)) {
       return;
     }
-    const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
-    if (is_black(sample.weight)) {
-      return;
-    }
-    scatter(scene_, path, vertex, sample, 1);
   }
 }
 

@@ -16,14 +16,13 @@
 ///                                                         wave_tracer
 ///   light   w       Russian roulette of the path          bdpt lane_fog path path_media
 ///                                                         shared_lights wave_tracer
-///   bsdf    x       which lobe                            bdpt catcher caustic_aim census direct
-///                                                         feature_pass light_path light_trace path
-///                                                         photon_mapping wave_tracer
-///   bsdf    y z     direction                             bdpt cached_irradiance catcher
-///                                                         caustic_aim census direct feature_pass
-///                                                         irradiance lane_fog light_path
-///                                                         light_trace path path_media
-///                                                         photon_mapping wave_tracer
+///   bsdf    x       which lobe                            bdpt catcher direct feature_pass
+///                                                         light_path path photon_mapping scatter
+///                                                         wave_tracer
+///   bsdf    y z     direction                             bdpt cached_irradiance catcher direct
+///                                                         feature_pass irradiance lane_fog
+///                                                         light_path path path_media
+///                                                         photon_mapping scatter wave_tracer
 ///   bsdf    w       delta lobe or not, where directions   path
 ///                   do not follow the BSDF
 ///   volume  x       which channel's extinction            lane_fog medium_sample

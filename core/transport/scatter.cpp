@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/offset_ray.h"
+#include "core/samplers/dimensions.h"
 #include "core/transport/roulette.h"
 
 namespace core {
@@ -55,6 +56,20 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
   local.is_null = sample.is_null;
   local.eta = mode == TransportMode::kRadiance ? sample.eta : 1.0F;
   scatter(scene, path, vertex, local, 1);
+}
+
+bool scatter_delta(const SceneData& scene, PathState& path, const PathVertex& vertex,
+                   const Bsdf& bsdf) noexcept {
+  if (!(bsdf.prob_delta() > 0)) {
+    return false;
+  }
+  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
+  const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
+  if (is_black(sample.weight)) {
+    return false;
+  }
+  scatter(scene, path, vertex, sample, 1);
+  return true;
 }
 
 float throughput_size(Rgb beta) noexcept {

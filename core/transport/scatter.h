@@ -17,6 +17,11 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
 void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
              const ScatterSample& sample, TransportMode mode) noexcept;
 
+/// Continues `path` from `vertex` in a delta direction alone, with the numbers "bsdf" of its depth.
+/// Returns false if there is none.
+bool scatter_delta(const SceneData& scene, PathState& path, const PathVertex& vertex,
+                   const Bsdf& bsdf) noexcept;
+
 /// Returns the magnitude of the largest channel, as used by Russian roulette.
 float throughput_size(Rgb beta) noexcept;
 

@@ -27,8 +27,8 @@ if(TARGET core_scene_io AND TARGET core_image_io)
   target_link_libraries(targets_bench PRIVATE test_assets tessera_lto)
 
   # Checks the coverage of intervals of single pixels.
-  add_executable(coverage_bench bench/coverage_bench.cpp bench/coverage_assets.cpp bench/asset_groups.cpp
-    ${NAMED_VIEW_SOURCES})
+  add_executable(coverage_bench bench/coverage_bench.cpp bench/coverage_assets.cpp
+    bench/asset_groups.cpp ${NAMED_VIEW_SOURCES})
   target_link_libraries(coverage_bench PRIVATE test_assets tessera_lto)
 
   # Gain of denoising, and coverage of its error intervals.

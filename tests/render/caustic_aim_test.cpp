@@ -101,7 +101,7 @@ double on_ball(const core::View& view, const core::EmissionSampler& emission) {
 
 // A quarter of the paths is not aimed, and a part of the balls around the glass is beside it. Half
 // of the sky is below the floor.
-TEST(CausticAim, LightPathsMeetWhatMakesTheCausticThatIsSeen) {
+TEST(CausticAim, LightPathsMeetTheGlassOfAVisibleCaustic) {
   for (const Light light : {Light::kSun, Light::kSky, Light::kLamp, Light::kPanel}) {
     SCOPED_TRACE(static_cast<int>(light));
     core::View view = small_ball(light);
@@ -117,18 +117,10 @@ TEST(CausticAim, LightPathsMeetWhatMakesTheCausticThatIsSeen) {
 
 /// A lamp above a thick pane above a floor, which is wider than what the lamp lights through it.
 core::View below_a_pane(core::MaterialDescription pane) {
-  const auto face = [](Vec3 corner, Vec3 edge1, Vec3 edge2) {
-    return test_support::quad(corner, edge1, edge2, 1);
-  };
-  constexpr Vec3 kX = {8, 0, 0};
-  constexpr Vec3 kY = {0, 0.1F, 0};
-  constexpr Vec3 kZ = {0, 0, 8};
-  constexpr Vec3 kLow = {-4, 1, -4};
-  core::SceneDescription scene = test_support::scene_of(
-      {test_support::lambert(Rgb(0.2F)), std::move(pane)},
-      {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0), face(kLow, kX, kZ),
-       face(kLow + kY, kZ, kX), face(kLow, kY, kX), face(kLow + kZ, kX, kY), face(kLow, kZ, kY),
-       face(kLow + kX, kY, kZ)});
+  core::SceneDescription scene =
+      test_support::scene_of({test_support::lambert(Rgb(0.2F)), std::move(pane)},
+                             {test_support::quad({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}, 0),
+                              test_support::box({0, 1.05F, 0}, {4, 0.05F, 4}, 0, 1)});
   core::PunctualLightDescription lamp;
   lamp.to_world = core::translation({0, 2, 0});
   scene.lights.push_back(lamp);
@@ -146,7 +138,7 @@ double caustics(const core::View& view) {
 }
 
 // The floor returns a fifth of the light, of which a pane reflects a sixth at most: 4%.
-TEST(CausticAim, TellsWhatPartOfTheLightCausticsAre) {
+TEST(CausticAim, ReturnsTheFractionOfLightThatIsCaustics) {
   EXPECT_GT(caustics(below_a_pane(test_support::glass())), 0.96);
   core::MaterialDescription milky = test_support::lambert(Rgb(0.5F));
   milky.diffuse_transmission = 1;

@@ -58,6 +58,21 @@ core::PrimitiveDescription quad(Vec3 corner, Vec3 edge1, Vec3 edge2, int materia
   return p;
 }
 
+core::PrimitiveDescription box(Vec3 center, Vec3 half, float angle_rad, int material) {
+  core::PrimitiveDescription p;
+  p.material = material;
+  const Vec3 x = Vec3{std::cos(angle_rad), 0, std::sin(angle_rad)} * half.x;
+  const Vec3 y = {0, half.y, 0};
+  const Vec3 z = Vec3{-std::sin(angle_rad), 0, std::cos(angle_rad)} * half.z;
+  for (int i = 0; i < 8; ++i) {
+    const auto sign = [i](int bit) { return (i >> bit & 1) != 0 ? 1.0F : -1.0F; };
+    p.positions.push_back(center + x * sign(0) + y * sign(1) + z * sign(2));
+  }
+  p.indices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+               2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  return p;
+}
+
 core::PrimitiveDescription disk(Vec3 center, float radius_m, int material) {
   core::PrimitiveDescription p;
   p.material = material;

@@ -18,6 +18,9 @@ core::PrimitiveDescription sphere(core::Vec3 center, float radius_m, int stacks,
 /// A parallelogram; front side towards cross(edge1, edge2).
 core::PrimitiveDescription quad(core::Vec3 corner, core::Vec3 edge1, core::Vec3 edge2,
                                 int material);
+/// A closed box, turned about the vertical.
+core::PrimitiveDescription box(core::Vec3 center, core::Vec3 half, float angle_rad,
+                               int material = -1);
 /// A horizontal disk of 512 triangles; faces down.
 core::PrimitiveDescription disk(core::Vec3 center, float radius_m, int material);
 /// Lambert: no specular layer.

@@ -42,16 +42,9 @@ PathSample LightTracer::trace(const Camera::CameraRay& camera_ray, const PathSam
     return path.out;
   }
   const Bsdf bsdf = make_bsdf(vertex.shading, vertex.wo_world);
-  if (!camera_paths_.visit(path, vertex, bsdf) || !(bsdf.prob_delta() > 0)) {
-    return path.out;
-  }
-  const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-  const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
-  if (!is_black(sample.weight)) {
-    scatter(scene_, path, vertex, sample, 1);
-    if (path.scatterings() <= max_depth_) {
-      camera_paths_.follow(path);
-    }
+  if (camera_paths_.visit(path, vertex, bsdf) && scatter_delta(scene_, path, vertex, bsdf) &&
+      path.scatterings() <= max_depth_) {
+    camera_paths_.follow(path);
   }
   return path.out;
 }

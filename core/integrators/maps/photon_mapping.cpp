@@ -163,16 +163,7 @@ void PhotonTracer::follow(TracedPath& path, const Photons& photons) const noexce
     if (!is_map && !is_progressive_) {
       path.out.radiance += final_gather(path, vertex, bsdf, photons);
     }
-    if (!(bsdf.prob_delta() > 0)) {
-      return;
-    }
-    const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-    const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
-    if (is_black(sample.weight)) {
-      return;
-    }
-    scatter(scene_, path, vertex, sample, 1);
-    if (path.scatterings() > settings_.max_depth) {
+    if (!scatter_delta(scene_, path, vertex, bsdf) || path.scatterings() > settings_.max_depth) {
       return;
     }
   }
@@ -251,15 +242,9 @@ void PhotonTracer::follow_gathering(TracedPath& path, const Photons& photons) co
       if (ends_at(bsdf, vertex)) {
         path.out.radiance += direct_light(path, vertex, bsdf);
         path.out.radiance += light_of(path, vertex, bsdf, photons, Gathered::kIndirect);
-        if (!(bsdf.prob_delta() > 0)) {
+        if (!scatter_delta(scene_, path, vertex, bsdf)) {
           return;
         }
-        const Vec4 u = path.sampler.get_4d(dimension_group(path.depth, BounceGroup::kBsdf));
-        const BsdfSample sample = bsdf.sample_delta(u.x, {u.y, u.z});
-        if (is_black(sample.weight)) {
-          return;
-        }
-        scatter(scene_, path, vertex, sample, 1);
         continue;
       }
       camera_paths_.add_direct_light(path, vertex, bsdf);

@@ -23,7 +23,8 @@ namespace {
 /// Pixels of a pilot: enough to compare blocks, and few compared with an image.
 constexpr double kPixels = 64.0 * 64.0;
 
-/// Samples of a job. Efficiencies are for so many: squared bias falls as N^(-2/3), and the noise of
+/// Samples of a job, an assumption: the choice must not depend on how far a job goes, which may
+/// change. Efficiencies are for so many: squared bias falls as N^(-2/3), and the noise of
 /// photons with it (Knaus and Zwicker 2011); other noise falls as 1/N.
 constexpr double kJobSamples = 1024;
 
@@ -47,15 +48,12 @@ constexpr std::array<Candidate, 4> kCandidates = {{{"path", 64, 1.0, 1.0},
                                                    {"bdpt", 16, 3.1, 1.5},
                                                    {"sppm", 16, 2.8, 1.5, true},
                                                    {kCausticsIntegrator, 16, 3.6, 1.5}}};
-constexpr std::size_t kOfPath = 0;
-constexpr std::size_t kOfBdpt = 1;
-constexpr std::size_t kOfSppm = 2;
-constexpr std::size_t kOfCaustics = 3;
 
 /// Side of the blocks of pixels whose errors are relative to their light, as in the layers of
-/// compared images: nearly those of single pixels.
+/// compared images: the smallest with a centre, for errors that are nearly those of single pixels.
 constexpr int kBlock = 3;
-/// An image has missed light if it is darker by more than twice the errors of both.
+/// An image has missed light if it is darker by more than twice the errors of both: 95% of a normal
+/// distribution.
 constexpr double kClear = 2;
 
 /// Part of ray_weight for each candidate of light sampler ris: half of what the default of two
@@ -63,10 +61,16 @@ constexpr double kClear = 2;
 /// (.51) and glass (.11), measured as above.
 constexpr double kWorkOfCandidate = 0.11;
 
+/// Null: a light sampler.
+const Candidate* find_candidate(std::string_view name) {
+  const auto* row = std::find_if(kCandidates.begin(), kCandidates.end(),
+                                 [&](const Candidate& each) { return each.name == name; });
+  return row == kCandidates.end() ? nullptr : row;
+}
+
 double advantage_of(std::string_view name) {
-  const auto row = std::find_if(kCandidates.begin(), kCandidates.end(),
-                                [&](const Candidate& each) { return each.name == name; });
-  return row == kCandidates.end() ? 1 : row->advantage;
+  const Candidate* row = find_candidate(name);
+  return row == nullptr ? 1 : row->advantage;
 }
 
 /// Returns the view with these settings, and a small film of the job's without its parts.
@@ -253,10 +257,13 @@ std::vector<double> pilot_errors(std::span<const PilotImage> images) {
     for (std::size_t k = 0; k < images.size(); ++k) {
       double missed = 0;
       for (std::size_t j = 0; j < images.size(); ++j) {
+        if (!(of[k].light < of[j].light)) {
+          continue;
+        }
         const double seen =
             of[k].noise + of[j].noise + std::max(biases[k], 0.0) + std::max(biases[j], 0.0);
         const double apart = squared_distance(images[k].film, images[j].film, blocks[t]);
-        if (of[k].light < of[j].light && apart > kClear * kClear * seen) {
+        if (apart > kClear * kClear * seen) {
           missed = std::max(missed, apart - seen);
         }
       }
@@ -362,8 +369,8 @@ std::string text_of(const PilotChoice& choice) {
          "1 / (V T) of " + efficiencies + advantages + lacking;
 }
 
-/// Returns the fraction of the light that arrives where the camera sees it that is caustics.
-Result<double> caustics_seen(const View& view) {
+/// Returns the fraction of the light on visible surfaces that is caustics.
+Result<double> visible_caustics(const View& view) {
   const View small = pilot_view(view, kCausticsIntegrator);
   const auto camera = camera_of(small);
   if (!camera) {
@@ -379,10 +386,12 @@ struct Trial {
   View view;  ///< of its pilot
 };
 
-std::vector<Trial> trials_of(const View& view, std::span<const std::size_t> candidates) {
+std::vector<Trial> trials_of(const View& view, std::span<const std::string_view> names) {
   std::vector<Trial> out;
-  for (const std::size_t k : candidates) {
-    out.push_back({kCandidates[k], pilot_view(view, kCandidates[k].name)});
+  for (const std::string_view name : names) {
+    const auto* row = find_candidate(name);
+    CHECK(row != nullptr);
+    out.push_back({*row, pilot_view(view, name)});
   }
   return out;
 }
@@ -426,17 +435,17 @@ Result<PilotChoice> choose_among(const std::vector<Trial>& trials, Variance by,
 Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
                                       const std::stop_token& stop) {
   if (const std::string why = without_pilot(view); !why.empty()) {
-    return PilotChoice{kCandidates[kOfPath].name, "'path', since " + why, {}};
+    return PilotChoice{"path", "'path', since " + why, {}};
   }
-  std::vector<std::size_t> candidates = {kOfPath, kOfBdpt};
+  std::vector<std::string_view> candidates = {"path", "bdpt"};
   if (may_be_biased(view, has_error_target)) {
-    candidates.push_back(kOfSppm);
-    const auto caustics = caustics_seen(view);
+    candidates.push_back("sppm");
+    const auto caustics = visible_caustics(view);
     if (!caustics) {
       return caustics.error();
     }
     if (*caustics > kCausticsLeast) {
-      candidates.push_back(kOfCaustics);
+      candidates.push_back(kCausticsIntegrator);
     }
   }
   return choose_among(trials_of(view, candidates), Variance::kAgainstAll, stop);
@@ -445,7 +454,7 @@ Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
 Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop) {
   std::string why = without_pilot(view);
   if (why.empty()) {
-    const auto caustics = caustics_seen(view);
+    const auto caustics = visible_caustics(view);
     if (!caustics) {
       return caustics.error();
     }
@@ -454,9 +463,9 @@ Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& sto
     }
   }
   if (!why.empty()) {
-    return PilotChoice{kCandidates[kOfPath].name, "'path', since " + why, {}};
+    return PilotChoice{"path", "'path', since " + why, {}};
   }
-  const std::array candidates = {kOfPath, kOfCaustics};
+  const std::array<std::string_view, 2> candidates = {"path", kCausticsIntegrator};
   return choose_among(trials_of(view, candidates), Variance::kAgainstAll, stop);
 }
 

@@ -3,9 +3,9 @@
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
 /// squared error of the pilot's pixels, relative to the light that the pilots found there, times
-/// the samples; T is work per sample, the number of rays times a fixed weight, never
-/// time. The choice therefore depends only on the scene and on the job without its seed, crop,
-/// replicates and machine, so all parts of an image make the same choice.
+/// the samples; T is work per sample, the number of rays times a fixed weight, never time. The
+/// choice therefore depends only on the scene and on the job without its seed, crop, replicates and
+/// machine, so all parts of an image make the same choice.
 ///
 /// The squared error is that of the noise, from the halves, plus two parts that no halves show:
 /// - A pilot that misses rare light is dark there and appears free of noise. Where two images

@@ -13,27 +13,13 @@
 namespace {
 
 using core::Vec3;
+using test_support::box;
 
 core::MaterialDescription glass() {
   core::MaterialDescription m;
   m.transmission = 1;
   m.thickness = 1;
   return m;
-}
-
-/// A closed box, turned about the vertical.
-core::PrimitiveDescription box(Vec3 center, Vec3 half, float angle) {
-  core::PrimitiveDescription out;
-  const Vec3 x = Vec3{std::cos(angle), 0, std::sin(angle)} * half.x;
-  const Vec3 y = {0, half.y, 0};
-  const Vec3 z = Vec3{-std::sin(angle), 0, std::cos(angle)} * half.z;
-  for (int i = 0; i < 8; ++i) {
-    const auto sign = [i](int bit) { return (i >> bit & 1) != 0 ? 1.0F : -1.0F; };
-    out.positions.push_back(center + x * sign(0) + y * sign(1) + z * sign(2));
-  }
-  out.indices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-  return out;
 }
 
 std::shared_ptr<const core::Scene> scene_of(std::vector<core::PrimitiveDescription> solids) {

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <utility>
 
-#include "core/image_io/image_codec.h"
 #include "core/settings/choices.h"
 #include "server/routes/picture_answer.h"
 
@@ -19,14 +18,12 @@ FirstImages::FirstImages(RouteContext context)
     : context_(std::move(context)), background_(1, 1, Background::Priority::kNormal) {
   remove_parts();
   context_.jobs.journal().on_state([this](const Job& changed, api::JobState state) {
-    if (state != api::JobState::kRendering && !api::is_final(state)) {
+    if (!api::is_final(state)) {
       return;
     }
     background_.post(
-        [this, id = changed.id(), state] {
-          if (state == api::JobState::kRendering) {
-            (void)core::image_codec();  // Loaded now, it does not delay the first image.
-          } else if (const auto job = context_.jobs.find(id, Access::operators())) {
+        [this, id = changed.id()] {
+          if (const auto job = context_.jobs.find(id, Access::operators())) {
             encode(*job);
           }
         },

@@ -33,7 +33,7 @@ constexpr int kVariants = 100;
 int effort_of(const test_support::Variant& v, bool gloss) {
   switch (v.estimator.strategy) {
     case core::Strategy::kMis:
-      return gloss || v.sampler == core::SamplerType::kAntithetic ||
+      return v.sampler == core::SamplerType::kAntithetic ||
                      v.estimator.splitting == core::SplittingType::kMeasured
                  ? 2
                  : 1;

@@ -399,14 +399,17 @@ bool is_noisy(const std::string& kind) {
   return kind == "many" || kind == "alpha" || kind == "area" || kind == "unlit" || kind == "preset";
 }
 
-/// Samples of each replicate, which make the errors below. Particles find few of the pixels.
+/// Samples of each replicate: as few as find the planted faults below. Particles find few of the
+/// pixels.
 int samples_of(const core::IntegratorEntry& row, const std::string& kind) {
-  if (row.name == "light-trace") {
-    const bool is_calm =
-        kind == "coated" || kind == "punctual 1" || kind == "punctual 2" || kind == "punctual 3";
-    return is_calm ? 32 : is_noisy(kind) && kind != "area" && kind != "unlit" ? 128 : 64;
+  if (kind == "many") {
+    return row.name == "light-trace" ? 64 : 16;
   }
-  return is_noisy(kind) ? 16 : 4;
+  if (row.name == "light-trace") {
+    return kind == "punctual 2" || kind == "punctual 3" ? 16 : is_noisy(kind) ? 48 : 32;
+  }
+  const int effort = row.name == "mlt" || row.name == "sppm" ? 2 : 1;
+  return effort * (is_noisy(kind) ? 8 : 2);
 }
 
 /// Sums over the lights of a kind, each relative to the light of its reference.

@@ -23,6 +23,12 @@ def status_bytes(server, name):
         return int(re.search(name + r":\s+(\d+) kB", status.read()).group(1)) * 1024
 
 
+def maps(server):
+    """The files that the process has loaded."""
+    with open(f"/proc/{server.process.pid}/maps", encoding="utf-8") as loaded:
+        return loaded.read()
+
+
 class Peak:
     """Peak increase of resident memory during an action, in bytes."""
 
@@ -110,6 +116,14 @@ class Uploads(ApiTest):
             job = self.server.render(job_body(answer.json()["id"], samples=1, time_seconds=1))
         self.assertEqual(job["state"], "finished")
         self.assertLess(peak.bytes, 60 * MB)
+
+    def test_job_and_the_images_of_the_page_load_no_image_library(self):
+        job = self.server.render(job_body(samples=1))["id"]
+        for name in ("jpg", "png", "webp"):
+            self.assertEqual(self.server.get(f"/v1/jobs/{job}/image.{name}").status, 200)
+        self.assertNotIn("libOpenImageIO", maps(self.server))
+        self.assertEqual(self.server.get(f"/v1/jobs/{job}/image.exr").status, 200)
+        self.assertIn("libOpenImageIO", maps(self.server))
 
     def test_does_not_echo_long_names(self):
         for uri in ("b" * 70_000, "http://" + "b" * 70_000, "data:" + "b" * 70_000):

@@ -84,11 +84,11 @@ TEST(HttpFlood, ClosesTheOldestWaitingConnectionOfOneAddressForANewOne) {
     }
     return true;
   };
-  // A connection waits once its thread runs, so that the order within a group is any: 16 of 20 are
-  // closed only when all wait, and then the next group is the newer.
+  // A connection starts to wait when its thread runs, so the order within a group is arbitrary.
+  // 16 of 20 are closed only once all have started; the next group is newer.
   const auto old = connect(server, 20, kHalfAHead);
   EXPECT_TRUE(are_evicted(16));
-  const auto drips = connect(server, 20, kHalfAHead);
+  const auto newer = connect(server, 20, kHalfAHead);
   for (int i = 0; i < 10; ++i) {
     Client client(server);
     EXPECT_EQ(client.exchange(get("/echo/hello")).body, "hello");

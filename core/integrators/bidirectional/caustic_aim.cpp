@@ -18,18 +18,18 @@
 namespace core {
 namespace {
 
-// None of these values is critical. With a share of 1/2 or 7/8, 8 or 128 balls, two rounds, or a
+// None of these values is critical. With a share of 3/4 or 7/8, 32 or 128 balls, three rounds, or a
 // quarter of the particles, the squared errors without the worst 1% of pixels change by at most a
 // third (4 CPU seconds, 128x96; the scenes of tests/bench/caustic_views.h, two on a table of 20 m).
 
 /// Of the light paths, and of the choice of lights; the rest keeps their distribution, so no weight
-/// is more than 16 times that of an unaimed path.
-constexpr float kAimedShare = 0.75F;
+/// is more than 4 times that of an unaimed path.
+constexpr float kAimedShare = 0.5F;
 /// A power of two. Each density is a sum over the balls.
-constexpr std::size_t kBallsMost = 32;
+constexpr std::size_t kBallsMost = 8;
 /// The range of n uniform points is (n - 1) / (n + 1) of theirs: of 8 points 78%.
 constexpr std::size_t kPointsLeast = 8;
-constexpr int kRounds = 3;
+constexpr int kRounds = 2;
 constexpr int kParticles = 1 << 12;  ///< of a round
 /// Camera rays are a square of these: as many as a round has particles.
 constexpr int kRaySide = 64;

@@ -135,7 +135,7 @@ class WorkersTest(FarmTest):
     def test_workers_support_all_integrators_except_prepasses_of_all_samples(self):
         farm = self.farm(workers=2)
         about = farm.server.get("/v1/server").json()
-        film = {"width": 70, "height": 50, "crop": {"x": 9, "y": 5, "width": 50, "height": 40}}
+        film = {"width": 60, "height": 44, "crop": {"x": 22, "y": 24, "width": 20, "height": 18}}
         done = 0
         for row in about["integrators"]:
             with self.subTest(integrator=row["type"]):

@@ -68,9 +68,9 @@ std::vector<Case> cases() {
   core::View coloured = fog_in_box(kSide, {0.2F, 1, 3});
   coloured.scene = test_support::box(kSide).scene;
   return {
-      {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 16},
-      {"milk without a boundary whose channels have their own extinction", ball_in_box(wax()), 64},
-      {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 40},
+      {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 12},
+      {"milk without a boundary whose channels have their own extinction", ball_in_box(wax()), 48},
+      {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 30},
       {"coloured fog", coloured, 80}};
 }
 

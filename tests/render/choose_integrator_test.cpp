@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "core/scene_io/gltf_load.h"
@@ -166,12 +167,17 @@ TEST(ChooseIntegrator, TakesOneThatFindsTheLightThatParticlesFound) {
   EXPECT_NE(choice->reason.find("that of path lacks"), std::string::npos) << choice->reason;
 }
 
-// Caustics under water, which no connection finds, and a scene in which sppm would only blur.
-TEST(ChooseIntegrator, ChoosesSppmOnlyWhereItWinsAndWithoutAnErrorTarget) {
-  EXPECT_EQ(core::choose_integrator(automatic("caustic-pool"), false)->name, "sppm");
-  EXPECT_NE(core::choose_integrator(automatic("caustic-pool"), true)->name, "sppm");
+// Light that enters by a gap, caustics under water, which no connection finds, and a scene in which
+// photons would only blur.
+TEST(ChooseIntegrator, ChoosesPhotonsOnlyWhereTheyWinAndWithoutAnErrorTarget) {
+  EXPECT_EQ(core::choose_integrator(automatic("keyhole"), false)->name, "sppm");
+  EXPECT_EQ(core::choose_integrator(automatic("caustic-pool"), false)->name, "path-caustics");
+  for (const char* scene : {"keyhole", "caustic-pool"}) {
+    const auto choice = core::choose_integrator(automatic(scene), true);
+    EXPECT_EQ(core::find_integrator(choice->name)->bias, "none") << scene;
+  }
   EXPECT_EQ(core::choose_integrator(automatic("cornell-box"), false)->name, "path");
-  core::View shares = automatic("caustic-pool");
+  core::View shares = automatic("keyhole");
   shares.settings.film.shares.emplace_back().layer = "bounce:0-";
   EXPECT_NE(core::choose_integrator(shares, false)->name, "sppm") << "it records no shares";
 }

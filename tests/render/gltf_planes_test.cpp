@@ -109,10 +109,12 @@ core::SceneDescription hidden_wall(float near_m) {
 
 // Connections of light paths to the camera end at the near plane.
 TEST(ClippingPlane, LightPathsReachTheCameraThroughWhatItClips) {
-  const Rgb path = picture_of(hidden_wall(3), "path", 4096).mean();
+  const Rgb path = picture_of(hidden_wall(3), "path", 1024).mean();
   EXPECT_GT(path.g, 0.01F);
   for (const char* integrator : {"light-trace", "bdpt", "mlt", "sppm"}) {
-    const Picture picture = picture_of(hidden_wall(3), integrator, 4096);
+    // Particles find few of the pixels: a standard error of 0.7%; of the others 0.4% at most.
+    const bool is_particles = std::string_view(integrator) == "light-trace";
+    const Picture picture = picture_of(hidden_wall(3), integrator, is_particles ? 4096 : 512);
     EXPECT_NEAR(picture.mean().g, path.g, 0.03F * path.g) << integrator;
     EXPECT_EQ(picture_of(hidden_wall(0), integrator, 16).mean().g, 0) << integrator;
   }

@@ -131,6 +131,7 @@ TEST(Merging, DisksBlurACausticBehindGlassAsPublished) {
         {-0.95F, 0.45F + 0.05F * side, 0.55F * side}, {2, 0, 0}, {0, 0, -1.1F * side}, 2));
   }
   core::View view = floor_view(std::move(scene), "vcm", 6);
+  view.settings.photons.paths = 1 << 13;
   expect_published_blur(view, 64);
   view.settings.integrator = "path-caustics";
   expect_published_blur(view, 64);

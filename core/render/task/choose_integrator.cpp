@@ -32,7 +32,7 @@ constexpr double kJobSamples = 1024;
 /// noise is in rarer paths.
 /// ray_weight: CPU seconds per ray, including shading, relative to path's; the geometric mean over
 /// cornell-box, interior, glass, keyhole, caustic-pool and many-lights at 240x136 (bdpt 2.1 to 6.1,
-/// sppm 2.0 to 5.9, path-caustics 2.7 to 5.9), from the differences in `cpu_seconds` and `rays` of
+/// sppm 2.0 to 5.9, path-caustics 2.4 to 5.7), from the differences in `cpu_seconds` and `rays` of
 /// `tessera render SCENE --integrator NAME --json` with 32 and 128 samples.
 /// advantage: required over path, because pilots are only this accurate, and path offers adaptive
 /// sampling and intervals of denoised images, which correlated pixels do not allow.
@@ -47,7 +47,7 @@ struct Candidate {
 constexpr std::array<Candidate, 4> kCandidates = {{{"path", 64, 1.0, 1.0},
                                                    {"bdpt", 16, 3.1, 1.5},
                                                    {"sppm", 16, 2.8, 1.5, true},
-                                                   {kCausticsIntegrator, 16, 3.6, 1.5}}};
+                                                   {kCausticsIntegrator, 16, 3.3, 1.5}}};
 
 /// Side of the blocks of pixels whose errors are relative to their light, as in the layers of
 /// compared images: the smallest with a centre, for errors that are nearly those of single pixels.

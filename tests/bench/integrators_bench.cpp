@@ -1,6 +1,6 @@
-// Every integrator with equal CPU time on built-in scenes, on scenes of caustics and on three glTF
-// files of the folder of assets, if there is one. Prints, never asserts: times depend on the
-// machine and its load.
+// Every integrator with equal CPU time on built-in scenes, on scenes of caustics and on nine glTF
+// files of the folder of assets, if there is one; and what `auto` chooses, against the best of
+// them. Prints, never asserts: times depend on the machine and its load.
 //
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection
@@ -16,8 +16,10 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/base/cpu_time.h"
 #include "core/image_io/image_io.h"
 #include "core/integrators/registry.h"
+#include "core/render/task/choose_integrator.h"
 #include "tests/bench/named_view.h"
 #include "tests/support/asset_files.h"
 #include "tests/support/scenes.h"
@@ -50,9 +52,18 @@ std::vector<Case> cases() {
   if (const auto folder = test_support::assets_folder()) {
     const std::string path = folder->string() + "/";
     const std::string garden = "," + path + "env/chinese_garden_1k.hdr";
+    const std::string sun = "," + path + "env/qwantani_afternoon_puresky_1k.hdr";
+    const std::string studio = "," + path + "env/studio_small_05_1k.hdr";
+    const std::string dusk = "," + path + "env/venice_sunset_256.hdr";
     all.push_back({path + "WaterBottle.glb" + garden, "path"});
     all.push_back({path + "SunglassesKhronos.glb" + garden, "path"});
-    all.push_back({path + "2CylinderEngine.glb," + path + "env/venice_sunset_256.hdr", "path"});
+    all.push_back({path + "2CylinderEngine.glb" + dusk, "path"});
+    all.push_back({path + "SunglassesKhronos.glb" + sun, "path-caustics"});
+    all.push_back({path + "blenderio_15_transmission.glb" + sun, "path-caustics"});
+    all.push_back({path + "blenderio_17_ior.glb" + studio, "path"});
+    all.push_back({path + "lamborghini.glb" + studio, "path"});
+    all.push_back({path + "AnisotropyDiscTest.glb" + dusk, "path"});
+    all.push_back({path + "gen_lights.glb", "path"});
   }
   return all;
 }
@@ -124,16 +135,73 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+/// A row's relMSE, of all pixels and without the worst hundredth.
+struct Row {
+  std::string name;
+  double all = 0;
+  double most = 0;
+};
+
+/// What `auto` chose: its relMSE over that of the best row, and the CPU time of its pilots over
+/// that of an image.
+struct Automatic {
+  double all = 0;
+  double most = 0;
+  double pilots = 0;
+};
+
+Automatic chosen(core::View view, const std::vector<Row>& rows, const Plan& plan) {
+  view.settings.integrator = core::kAutomaticIntegrator;
+  const double began = core::thread_cpu_seconds();
+  CHECK(core::settle_integrator(view, {}));
+  const double pilots = core::thread_cpu_seconds() - began;
+  const auto by = [&rows](double Row::*figure) {
+    return *std::min_element(rows.begin(), rows.end(), [figure](const Row& a, const Row& b) {
+      return a.*figure < b.*figure;
+    });
+  };
+  const auto row = std::find_if(rows.begin(), rows.end(), [&view](const Row& each) {
+    return each.name == view.settings.integrator;
+  });
+  CHECK(row != rows.end());
+  const Automatic out = {row->all / by(&Row::all).all, row->most / by(&Row::most).most,
+                         pilots / plan.seconds};
+  std::printf("auto chose %s: %.2f of the best (%s), without 1 %% %.2f (%s), pilots %.1f CPU s\n",
+              row->name.c_str(), out.all, by(&Row::all).name.c_str(), out.most,
+              by(&Row::most).name.c_str(), pilots);
+  return out;
+}
+
+void print_summary(const std::vector<Automatic>& choices, const Plan& plan) {
+  constexpr double kGood = 1.25;
+  const auto good = [&choices](double Automatic::*figure) {
+    return std::count_if(choices.begin(), choices.end(),
+                         [figure](const Automatic& each) { return each.*figure <= kGood; });
+  };
+  std::vector<double> pilots;
+  for (const Automatic& each : choices) {
+    pilots.push_back(each.pilots);
+  }
+  std::printf(
+      "\nauto: at most %g of the best row's relMSE in %d of %d scenes, without 1 %% in %d; "
+      "pilots are %.1f %% (median) of %g CPU s\n",
+      kGood, static_cast<int>(good(&Automatic::all)), static_cast<int>(choices.size()),
+      static_cast<int>(good(&Automatic::most)), 100 * median(pilots), plan.seconds);
+}
+
 /// Prints a scene's table and returns its images, the reference last.
-std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
+std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan,
+                                            std::vector<Automatic>& choices) {
   const core::View view = view_of(one.scene, plan);
   const Run reference = render(view, one.reference, kReferenceTimes * plan.seconds, 1000);
   std::printf("\n%-22s%10s%10s%12s%14s   reference: %s, %d samples, %.1f s\n",
               short_name(one.scene).c_str(), "samples", "CPU s", "relMSE", "without 1 %",
               one.reference, reference.samples, reference.cpu_seconds);
   std::vector<std::vector<core::Rgb>> images;
+  std::vector<Row> rows;
   for (const core::IntegratorEntry& row : core::integrators()) {
-    if (row.name == "direct" || row.name.rfind(plan.only, 0) != 0) {
+    if (row.name == "direct" || row.name == core::kAutomaticIntegrator ||
+        row.name.rfind(plan.only, 0) != 0) {
       continue;  // `direct` renders a different image
     }
     Run run;
@@ -149,6 +217,10 @@ std::vector<std::vector<core::Rgb>> compare(const Case& one, const Plan& plan) {
                 run.cpu_seconds, median(all), median(most));
     std::fflush(stdout);
     images.push_back(run.pixels);
+    rows.push_back({std::string(row.name), median(all), median(most)});
+  }
+  if (plan.only.empty()) {
+    choices.push_back(chosen(view, rows, plan));
   }
   images.push_back(reference.pixels);
   return images;
@@ -213,11 +285,15 @@ int main(int argc, char** argv) {
   }
   std::printf("%dx%d, %g CPU seconds a picture, box filter, max_depth 16\n", plan.width,
               plan.height, plan.seconds);
+  std::vector<Automatic> choices;
   std::vector<std::vector<std::vector<core::Rgb>>> rows;
   for (const Case& one : cases()) {
     if (plan.scene.empty() || plan.scene == short_name(one.scene)) {
-      rows.push_back(compare(one, plan));
+      rows.push_back(compare(one, plan, choices));
     }
+  }
+  if (!choices.empty()) {
+    print_summary(choices, plan);
   }
   if (!plan.sheet.empty() && !rows.empty()) {
     write_sheet(rows, plan);

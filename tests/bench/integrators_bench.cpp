@@ -1,6 +1,6 @@
 // Every integrator with equal CPU time on built-in scenes, on scenes of caustics and on nine glTF
-// files of the folder of assets, if there is one; and what `auto` chooses, against the best of
-// them. Prints, never asserts: times depend on the machine and its load.
+// files of the folder of assets, if there is one; and what `auto` chooses, against the best
+// that is not biased. Prints, never asserts: times depend on the machine and its load.
 //
 // relMSE: mean over pixels and channels of (a - b)^2 / (b^2 + 0.01), where b is the reference with
 // sixteen times the time and another seed: sppm for the pool, whose underwater light no connection

@@ -34,8 +34,8 @@ from moving import moving_triangles
 LONG = 64
 
 
-def long_job():
-    return job_body(samples=LONG) | {
+def long_job(samples=LONG):
+    return job_body(samples=samples) | {
         "film": {"width": 160, "height": 128, "layers": ["albedo", "normal", "depth"]}}
 
 
@@ -578,9 +578,9 @@ class KillTest(FarmTest):
 
     def test_killed_coordinator_continues_with_the_same_workers(self):
         farm = self.farm(workers=2)
-        body = long_job()
+        body = long_job(2 * LONG)  # Units must be left at the kill.
         job = farm.server.submit(body)
-        farm.server.wait_for_samples(job["id"], 4)
+        farm.server.wait_for_samples(job["id"])
 
         def workers():
             return {w["id"]: w for w in farm.server.get("/v1/workers").json()["workers"]}

@@ -26,8 +26,8 @@ class Orders {
   Orders(float path_nm, Rgb shift) {
     const Floats<8> order = load<8>(kOrder);
     const Floats<8> phase = Floats<8>(kTwoPi * path_nm * 1e-9F) * order;
-    const float shifts[8] = {shift.r, shift.r, shift.g, shift.b,
-                             shift.r, shift.r, shift.g, shift.b};
+    alignas(Floats<8>) const float shifts[8] = {shift.r, shift.r, shift.g, shift.b,
+                                                shift.r, shift.r, shift.g, shift.b};
     const Floats<8> angle = load<8>(kPosition) * phase + load<8>(shifts) * order;
     Floats<8> sine;
     Floats<8> cosine;
@@ -48,15 +48,17 @@ class Orders {
   }
 
  private:
-  static constexpr float kOrder[8] = {1, 1, 1, 1, 2, 2, 2, 2};
-  static constexpr float kPosition[8] = {1.6810e+06F, 2.2399e+06F, 1.7953e+06F, 2.2084e+06F,
-                                         1.6810e+06F, 2.2399e+06F, 1.7953e+06F, 2.2084e+06F};
-  static constexpr float kVariance[8] = {4.3278e+09F, 4.5282e+09F, 9.3046e+09F, 6.6121e+09F,
-                                         4.3278e+09F, 4.5282e+09F, 9.3046e+09F, 6.6121e+09F};
+  alignas(Floats<8>) static constexpr float kOrder[8] = {1, 1, 1, 1, 2, 2, 2, 2};
+  alignas(Floats<8>) static constexpr float kPosition[8] = {1.6810e+06F, 2.2399e+06F, 1.7953e+06F,
+                                                            2.2084e+06F, 1.6810e+06F, 2.2399e+06F,
+                                                            1.7953e+06F, 2.2084e+06F};
+  alignas(Floats<8>) static constexpr float kVariance[8] = {4.3278e+09F, 4.5282e+09F, 9.3046e+09F,
+                                                            6.6121e+09F, 4.3278e+09F, 4.5282e+09F,
+                                                            9.3046e+09F, 6.6121e+09F};
   /// 5.4856e-13, 9.7470e-14, 4.4201e-13 and 5.2481e-13, times the root of 2 pi times the variance.
-  static constexpr float kHeight[8] = {9.04581417e-08F, 1.64408286e-08F, 1.06873709e-07F,
-                                       1.06969938e-07F, 9.04581417e-08F, 1.64408286e-08F,
-                                       1.06873709e-07F, 1.06969938e-07F};
+  alignas(Floats<8>) static constexpr float kHeight[8] = {
+      9.04581417e-08F, 1.64408286e-08F, 1.06873709e-07F, 1.06969938e-07F,
+      9.04581417e-08F, 1.64408286e-08F, 1.06873709e-07F, 1.06969938e-07F};
   float values_[8];
 };
 

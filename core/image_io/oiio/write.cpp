@@ -67,13 +67,18 @@ class SinkProxy final : public OIIO::Filesystem::IOProxy {
 // Rows passed to the library at a time: one or two blocks of a zip-compressed EXR or TIFF.
 constexpr int kRows = 32;
 
+/// OpenImageIO 2.4's writer of HEIF copies rows of libheif's size, which has at least 64 pixels and
+/// whole blocks of 16 bytes, and so reads beyond a shorter last row.
+constexpr std::size_t kBytesBeyond = 64 * 4 + 16;
+
 /// fill(y, to): writes row y in the spec's format.
 template <typename Value, typename Fill>
 bool write_part(OIIO::ImageOutput& output, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
                 const Fill& fill) {
   const std::size_t row_values =
       static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
-  std::vector<Value> values(row_values * static_cast<std::size_t>(std::min(kRows, spec.height)));
+  std::vector<Value> values(row_values * static_cast<std::size_t>(std::min(kRows, spec.height)) +
+                            kBytesBeyond);
   bool good = true;
   for (int y = 0; good && y < spec.height; y += kRows) {
     const int end = std::min(y + kRows, spec.height);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -19,6 +21,7 @@
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
 #include "core/scene/round_facets.h"
+#include "core/scene/set_apart.h"
 #include "core/scene/single_faces.h"
 #include "core/scene/solids.h"
 
@@ -168,11 +171,16 @@ class Builder {
             }));
   }
 
+  /// Returns its index; the last is glTF's default material.
+  std::uint32_t material_of(const PrimitiveDescription& p) const {
+    return p.material < 0 || p.material + 1 >= static_cast<int>(to_.materials.size())
+               ? static_cast<std::uint32_t>(to_.materials.size() - 1)
+               : static_cast<std::uint32_t>(p.material);
+  }
+
   MeshData take(PrimitiveDescription&& p, const Transform* to_world) {
     MeshData mesh;
-    mesh.material = p.material < 0 || p.material + 1 >= static_cast<int>(to_.materials.size())
-                        ? static_cast<std::uint32_t>(to_.materials.size() - 1)
-                        : static_cast<std::uint32_t>(p.material);
+    mesh.material = material_of(p);
     mesh.primitive = p.id;
     mesh.positions = std::move(p.positions);
     mesh.indices = std::move(p.indices);
@@ -215,7 +223,23 @@ class Builder {
     return mesh;
   }
 
+  /// Removes further instances of a mesh that emits in one place: each would be a light, and only
+  /// one of them is seen.
+  void drop_coincident_emitters() {
+    std::set<std::pair<int, std::array<float, 12>>> places;
+    std::erase_if(from_.instances, [&](const InstanceDescription& each) {
+      const auto& primitives = from_.meshes[static_cast<std::size_t>(each.mesh)].primitives;
+      const bool emits =
+          std::any_of(primitives.begin(), primitives.end(), [this](const PrimitiveDescription& p) {
+            return to_.materials[material_of(p)].is_emissive;
+          });
+      return emits &&
+             !places.emplace(each.mesh, std::bit_cast<std::array<float, 12>>(each.to_world)).second;
+    });
+  }
+
   void place_meshes() {
+    drop_coincident_emitters();
     std::vector<int> uses(from_.meshes.size(), 0);
     for (const InstanceDescription& instance : from_.instances) {
       ++uses[static_cast<std::size_t>(instance.mesh)];
@@ -313,12 +337,19 @@ class Builder {
     for (std::size_t i = 0; i < to_.instances.size(); ++i) {
       instances.push_back({instance_groups_[i], to_.instances[i].to_world});
     }
-    auto accel = Accel::build(top, groups, instances, threads, isa, stop, to_.has_volumes);
-    if (!accel) {
-      return accel.error();
+    const auto build = [&]() -> Status {
+      auto accel = Accel::build(top, groups, instances, threads, isa, stop, to_.has_volumes);
+      if (!accel) {
+        return accel.error();
+      }
+      to_.accel = std::move(accel).value();
+      return ok_status();
+    };
+    Status status = build();
+    if (status && set_apart(to_, bounds_.empty() ? 0 : 0.5F * length(bounds_.diagonal()))) {
+      status = build();
     }
-    to_.accel = std::move(accel).value();
-    return find_round_facets(to_, stop);
+    return status ? find_round_facets(to_, stop) : status;
   }
 
   void add_lights() {

@@ -55,7 +55,7 @@ void repair_normals(PrimitiveDescription& p) {
 }  // namespace
 
 Result<int> GltfMeshes::mesh_for(const MeshUse& use) {
-  const auto key = std::make_tuple(use.mesh, use.weights, use.node);
+  const auto key = std::make_tuple(use.mesh, use.weights, use.node, use.copy);
   if (const auto it = known_.find(key); it != known_.end()) {
     return it->second;
   }

@@ -19,6 +19,7 @@ struct MeshUse {
   int mesh = -1;
   std::vector<float> weights;                 ///< of the morph targets; empty: none
   int node = -1;                              ///< set if the vertices are moved to world space
+  std::uint32_t copy = 0;                     ///< of the node's instances, if its own transform is
   std::span<const Transform> joint_matrices;  ///< of the skin; `node` is then set
   const Transform* baked = nullptr;           ///< a singular transform to apply; `node` is then set
 };
@@ -54,7 +55,7 @@ class GltfMeshes {
   GltfRepairs& repairs_;
   SceneDescription& scene_;
   std::size_t triangles_ = 0;
-  std::map<std::tuple<int, std::vector<float>, int>, int> known_;
+  std::map<std::tuple<int, std::vector<float>, int, std::uint32_t>, int> known_;
 };
 
 }  // namespace core

@@ -20,7 +20,8 @@ Column image_of(const Affine& a, const Column& v) noexcept {
   return out;
 }
 
-Affine from_parts(const Column& t, std::array<double, 4> q, const Column& s) noexcept {
+Affine from_parts(const Column& t, std::array<double, 4> q, Column s) noexcept {
+  std::replace(s.begin(), s.end(), 0.0, 1e-100);
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   q = length > 0 ? std::array{q[0] / length, q[1] / length, q[2] / length, q[3] / length}
                  : std::array<double, 4>{0, 0, 0, 1};
@@ -152,6 +153,17 @@ Affine operator*(const Affine& a, const Affine& b) noexcept {
 
 Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept {
   return from_parts(widened(translation), widened(rotation), widened(scale));
+}
+
+Affine without_scale(Affine map) noexcept {
+  for (std::size_t c = 0; c < 3; ++c) {
+    Column& axis = map.column[c];
+    const double size = std::hypot(axis[0], axis[1], axis[2]);
+    for (double& v : axis) {
+      v = size > 0 ? v / size : v;
+    }
+  }
+  return map;
 }
 
 Result<std::vector<Affine>> world_matrices(const tinygltf::Model& model,

@@ -24,8 +24,12 @@ struct Affine {
 };
 Affine operator*(const Affine& a, const Affine& b) noexcept;
 
-/// translation * rotation * scale.
+/// translation * rotation * scale. Scales of 0 are 1e-100, which is 0 in floats, so that the
+/// directions of axes remain.
 Affine affine_from_parts(Vec3 translation, Vec4 rotation, Vec3 scale) noexcept;
+
+/// Returns the map with axes of length 1; those of length 0 remain.
+Affine without_scale(Affine map) noexcept;
 
 /// Returns the world matrices of all nodes. Pre: parse_model() accepted the nodes. Errors:
 /// kInvalidArgument at the node whose matrix does not fit in floats.

@@ -143,7 +143,7 @@ class NodePlacer {
     light.range_m = static_cast<float>(in.range);
     light.inner_cone_rad = static_cast<float>(in.spot.innerConeAngle);
     light.outer_cone_rad = static_cast<float>(in.spot.outerConeAngle);
-    lights_.push_back(matrix_of(node));
+    lights_.push_back(without_scale(matrix_of(node)));
     light.group = group_of(node);
   }
 
@@ -158,7 +158,7 @@ class NodePlacer {
     light.intensity =
         value_rgb(*extension, "color", Rgb(1)) * value_number(*extension, "multiplier", 1) * shown;
     light.profile = value_integer(*extension, "light", 0);
-    lights_.push_back(matrix_of(node));
+    lights_.push_back(without_scale(matrix_of(node)));
     light.group = group_of(node);
   }
 
@@ -200,10 +200,11 @@ class NodePlacer {
     return place(node, use, matrix_of(node));
   }
 
-  Status place(int node, MeshUse& use, const Affine& matrix) {
+  /// copy: as for add_instance().
+  Status place(int node, MeshUse use, const Affine& matrix, std::uint32_t copy = 0) {
     Transform to_world = matrix.to_transform();
     if (!is_singular(to_world)) {
-      return add_instance(use, matrix, node);
+      return add_instance(use, matrix, node, copy);
     }
     const bool nothing_left = is_zero(cross(to_world.x, to_world.y)) &&
                               is_zero(cross(to_world.y, to_world.z)) &&
@@ -212,11 +213,12 @@ class NodePlacer {
       return ok_status();  // scaled to a point or a line, as animations do to hide objects
     }
     use.node = node;
+    use.copy = copy;
     Affine moved;
     moved.column[3] = matrix.column[3];
     to_world.t = {};
     use.baked = &to_world;
-    return add_instance(use, moved, node);
+    return add_instance(use, moved, node, copy);
   }
 
   static bool is_zero(Vec3 v) { return !(length_squared(v) > 0); }
@@ -332,11 +334,7 @@ class NodePlacer {
       if (!to_world.is_finite()) {
         return invalid(where, "instance " + std::to_string(i) + " is too large for a 32-bit float");
       }
-      // Flattened instances are rare, and each would need its own mesh.
-      if (is_singular(to_world.to_transform())) {
-        continue;
-      }
-      if (status = add_instance(use, to_world, node, static_cast<std::uint32_t>(i)); !status) {
+      if (status = place(node, use, to_world, static_cast<std::uint32_t>(i)); !status) {
         return status;
       }
     }

@@ -121,6 +121,9 @@ std::vector<Emitter> emitters() {
   MaterialDescription unlit_blend = with_alpha(unlit(Rgb(0.6F)), AlphaMode::kBlend, 0.5F);
   std::vector<Emitter> out;
   out.push_back({"area", "opaque", room(lamp()), opaque});
+  SceneDescription twice = room(lamp());
+  twice.meshes[0].primitives.push_back(twice.meshes[0].primitives[1]);
+  out.push_back({"area", "two in one place", std::move(twice), opaque});
   out.push_back(
       {"alpha", "blend", room(with_alpha(lamp(), AlphaMode::kBlend, 0.3F)), 0.3 * opaque});
   out.push_back(

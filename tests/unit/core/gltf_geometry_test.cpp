@@ -340,6 +340,77 @@ TEST(GltfGeometry, GpuInstancesMultiplyTheNode) {
   EXPECT_EQ(scene->instances[1].to_world.point({1, 0, 0}), (Vec3{5, 10, 0}));
 }
 
+// Each has vertices of its own.
+TEST(GltfGeometry, FlattenedGpuInstancesAreDrawn) {
+  core::GlbWriter writer;
+  const int translations = accessor(writer, std::vector<float>{1, 0, 0, 2, 0, 0}, kF32, "VEC3", 3);
+  const int scales = accessor(writer, std::vector<float>{1, 1, 0, 3, 3, 0}, kF32, "VEC3", 3);
+  add_triangle(writer, "",
+               "\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":" +
+                   number(translations) + ",\"SCALE\":" + number(scales) + "}}}");
+  const auto scene = load(writer);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->instances.size(), 2U);
+  const auto width = [&](std::size_t i) {
+    core::Bounds box;
+    const auto mesh = static_cast<std::size_t>(scene->instances[i].mesh);
+    for (const Vec3 p : scene->meshes.at(mesh).primitives.at(0).positions) {
+      box.add(scene->instances[i].to_world.point(p));
+    }
+    return box;
+  };
+  EXPECT_EQ(width(0).min.x, 1);
+  EXPECT_EQ(width(1).min.x, 2);
+  EXPECT_EQ(width(1).diagonal().x, 3 * width(0).diagonal().x);
+  EXPECT_NE(scene->instances[0].instance, scene->instances[1].instance);
+}
+
+// KHR_lights_punctual: only the node's rotation turns a light. 90 degrees around x: -z is +y.
+TEST(GltfGeometry, ScalesOfZeroDoNotTurnLights) {
+  for (const char* scale : {"[1,1,1]", "[1,1,0]", "[0,0,0]", "[-2,0,3]"}) {
+    core::GlbWriter writer;
+    add_triangle(writer);
+    writer.set("extensions", R"({"KHR_lights_punctual":{"lights":[{"type":"directional"}]}})");
+    writer.add("nodes", std::string(R"({"rotation":[0.70710678,0,0,0.70710678],"scale":)") + scale +
+                            R"(,"extensions":{"KHR_lights_punctual":{"light":0}}})");
+    writer.add("scenes", R"({"nodes":[0,1]})");
+    const auto scene = load(writer);
+    ASSERT_TRUE(scene) << scale;
+    ASSERT_EQ(scene->lights.size(), 1U) << scale;
+    const Vec3 z = scene->lights[0].to_world.z;
+    EXPECT_NEAR(z.y, -1, 1e-6) << scale;
+    EXPECT_NEAR(z.z, 0, 1e-6) << scale;
+  }
+}
+
+/// Warnings of sizes, for a triangle of 2 cm at a height above a flat one whose sides are `side` m.
+std::vector<core::Warning> warnings_of_size(float side, float height, const std::string& turned) {
+  core::GlbWriter writer;
+  const auto mesh = [&](float size) {
+    const int positions =
+        accessor(writer, std::vector<float>{0, 0, 0, size, 0, 0, 0, 0, size}, kF32, "VEC3", 3);
+    writer.add("meshes", "{\"primitives\":[{" + attributes(positions) + "}]}");
+  };
+  mesh(side);
+  mesh(0.02F);
+  writer.add("nodes", "{\"mesh\":0" + turned + "}");
+  writer.add("nodes", R"({"mesh":1,"translation":[1,)" + std::to_string(height) + ",1]}");
+  writer.add("scenes", R"({"nodes":[0,1]})");
+  const auto scene = load(writer);
+  EXPECT_TRUE(scene);
+  return scene ? scene->warnings : std::vector<core::Warning>();
+}
+
+TEST(GltfGeometry, WarnsOfWhatIsTooSmallForTheTriangleThatItStandsOn) {
+  EXPECT_TRUE(warnings_of_size(100, 0, "").empty());
+  const auto warnings = warnings_of_size(5000, 0, "");
+  ASSERT_EQ(warnings.size(), 1);
+  EXPECT_EQ(warnings[0].pointer, "/nodes/1");
+  EXPECT_TRUE(warnings_of_size(5000, 2, "").empty()) << "above the ground";
+  EXPECT_TRUE(warnings_of_size(5000, 0, R"(,"rotation":[0.3826834,0,0,0.9238795])").empty())
+      << "a slope is not known as a ground";
+}
+
 TEST(GltfGeometry, ReadsOnlyTheSelectedScene) {
   core::GlbWriter writer;
   add_triangle(writer);

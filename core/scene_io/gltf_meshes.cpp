@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/scene_io/both_windings.h"
 #include "core/scene_io/gltf_deform.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/gltf_primitive.h"
@@ -118,13 +119,46 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
                    where};
     }
     finish(primitive.base);
+    std::optional<PrimitiveDescription> backs = backs_of(primitive.base, mesh.name, where);
     description.primitives.push_back(std::move(primitive.base));
+    if (backs) {
+      description.primitives.push_back(*std::move(backs));
+    }
   }
   if (description.primitives.empty()) {
     return -1;
   }
   scene_.meshes.push_back(std::move(description));
   return static_cast<int>(scene_.meshes.size()) - 1;
+}
+
+std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& primitive,
+                                                         const std::string& mesh,
+                                                         const std::string& where) {
+  const MaterialDescription plain;
+  const MaterialDescription& m =
+      primitive.material < 0 ? plain
+                             : scene_.materials[static_cast<std::size_t>(primitive.material)];
+  const bool is_solid = (m.transmission > 0 || m.diffuse_transmission > 0) && m.thickness > 0;
+  const bool is_one_sided_emitter = !is_black(m.emissive) && !m.double_sided && !m.unlit;
+  if (!is_solid && !is_one_sided_emitter) {
+    return {};
+  }
+  const std::vector<bool> which = find_backs(primitive);
+  if (std::find(which.begin(), which.end(), true) == which.end()) {
+    return {};
+  }
+  std::vector<std::uint32_t> backs = take_triangles(primitive, which);
+  if (is_solid) {
+    repairs_.note("doubled", where,
+                  std::to_string(backs.size() / 3) + " triangles" +
+                      (mesh.empty() ? "" : " of mesh '" + mesh + "'") +
+                      " are there in both windings; a solid needs one, and the later is left out");
+    return {};
+  }
+  PrimitiveDescription out = primitive;
+  out.indices = std::move(backs);
+  return out;
 }
 
 int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -46,6 +48,10 @@ class GltfMeshes {
   Result<int> make(const MeshUse& use);
   int material_of(const tinygltf::Primitive& primitive) const;
   void finish(PrimitiveDescription& primitive) const;
+  /// Takes out the triangles that repeat others in the opposite winding, where that matters: those
+  /// of a solid are left out, and those of a material that emits on one side returned.
+  std::optional<PrimitiveDescription> backs_of(PrimitiveDescription& primitive,
+                                               const std::string& mesh, const std::string& where);
 
   const tinygltf::Model& model_;
   GltfSource& source_;

@@ -411,6 +411,41 @@ TEST(GltfGeometry, WarnsOfWhatIsTooSmallForTheTriangleThatItStandsOn) {
       << "a slope is not known as a ground";
 }
 
+/// A triangle twice with the same winding and, between them, its back.
+core::SceneDescription both_windings(const std::string& material) {
+  core::GlbWriter writer;
+  const int indices =
+      accessor(writer, std::vector<std::uint8_t>{0, 1, 2, 2, 1, 0, 1, 2, 0}, kU8, "SCALAR", 1);
+  writer.add("materials", "{" + material + "}");
+  add_triangle(writer, "\"material\":0,\"indices\":" + number(indices));
+  auto scene = load(writer);
+  EXPECT_TRUE(scene);
+  return scene ? *std::move(scene) : core::SceneDescription();
+}
+
+TEST(GltfGeometry, BothWindingsOfATriangleAreOneOfASolidAndTwoMeshesOfAnEmitter) {
+  using Indices = std::vector<std::uint32_t>;
+  const Indices all = {0, 1, 2, 2, 1, 0, 1, 2, 0};
+  const Indices fronts = {0, 1, 2, 1, 2, 0};
+  const std::string glass =
+      R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":1})";
+  const auto solid = both_windings(glass + R"(,"KHR_materials_volume":{"thicknessFactor":1}})");
+  EXPECT_EQ(solid.meshes.at(0).primitives.at(0).indices, fronts);
+  EXPECT_EQ(solid.meshes[0].primitives.size(), 1);
+  ASSERT_EQ(solid.warnings.size(), 1);
+  EXPECT_NE(solid.warnings[0].detail.find("both windings"), std::string::npos);
+  const auto emitter = both_windings(R"("emissiveFactor":[1,1,1])");
+  ASSERT_EQ(emitter.meshes.at(0).primitives.size(), 2);
+  EXPECT_EQ(emitter.meshes[0].primitives[0].indices, fronts);
+  EXPECT_EQ(emitter.meshes[0].primitives[1].indices, (Indices{2, 1, 0}));
+  for (const std::string& other : {std::string(), glass + "}",
+                                   std::string(R"("emissiveFactor":[1,1,1],"doubleSided":true)")}) {
+    const auto scene = both_windings(other);
+    ASSERT_EQ(scene.meshes.at(0).primitives.size(), 1) << other;
+    EXPECT_EQ(scene.meshes[0].primitives[0].indices, all) << other;
+  }
+}
+
 TEST(GltfGeometry, ReadsOnlyTheSelectedScene) {
   core::GlbWriter writer;
   add_triangle(writer);

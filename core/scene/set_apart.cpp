@@ -1,8 +1,11 @@
 #include "core/scene/set_apart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
+#include <limits>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "core/math/offset_ray.h"
@@ -10,21 +13,34 @@
 namespace core {
 namespace {
 
-/// Triangles of a mesh that are looked at, evenly spread: decals and emitters lie on something as a
-/// whole, and the time for meshes of leaves is bounded.
-constexpr std::size_t kLookedAt = 1024;
+/// Triangles of a mesh, in all instances, that are looked at, evenly spread:
+/// decals and emitters lie on something as a whole, and the time for meshes of
+/// leaves is bounded.
+constexpr std::size_t kLookedAt = 256;
+/// Of a mesh that is not moved: it may be small, and lie on the back of a large
+/// one that is.
+constexpr std::size_t kLookedAtBehind = 16;
 /// Two planes are parallel within a degree.
 constexpr float kCosParallel = 0.9998477F;
-/// A vertex moves at most so many times the distance, where its triangles differ in direction.
+/// A vertex moves at most so many times the distance, where its triangles
+/// differ in direction.
 constexpr float kStretchMost = 4;
 
-bool lets_pass(const Material& m) { return m.has_alpha || (m.transmits && !m.is_volume); }
+/// Meshes are in front of those of lower ranks. Solids that touch have rules of
+/// their own (faces_at()).
+enum class Rank { kOther, kEmits, kLetsPass };
+
+Rank rank_of(const Material& m) {
+  return m.is_volume                  ? Rank::kOther
+         : m.has_alpha || m.transmits ? Rank::kLetsPass
+         : m.is_emissive              ? Rank::kEmits
+                                      : Rank::kOther;
+}
 
 /// A triangle in the world. n: of its front.
 struct Face {
   Corners<Vec3> p;
   Vec3 n;
-  Vec3 middle;
   float error_m = 0;
 
   Face(const SceneData& scene, const RawHit& hit) : p(scene.corners(hit)) {
@@ -34,7 +50,6 @@ struct Face {
     const float twice_area = length(across);
     const bool is_mirrored = instance != nullptr && instance->to_world.determinant() < 0;
     n = normalize_or(is_mirrored ? -across : across, {});
-    middle = (p[0] + p[1] + p[2]) * (1.0F / 3);
     for (const Vec3 corner : p) {
       error_m =
           std::max(error_m, plane_error_m(corner, p[1] - p[0], p[2] - p[0], twice_area,
@@ -43,18 +58,23 @@ struct Face {
   }
 
   bool is_flat() const { return dot(n, n) > 0; }
-  /// Returns whether the middle of this triangle is a point of the other.
-  bool lies_on(const Face& other) const {
-    const float apart_m = error_m + other.error_m;
-    if (std::fabs(dot(n, other.n)) < kCosParallel ||
-        std::fabs(dot(other.n, middle - other.p[0])) > apart_m) {
+  /// The middle, and half of the way to each corner.
+  std::array<Vec3, 4> points() const {
+    const Vec3 middle = (p[0] + p[1] + p[2]) * (1.0F / 3);
+    return {middle, (middle + p[0]) * 0.5F, (middle + p[1]) * 0.5F, (middle + p[2]) * 0.5F};
+  }
+  /// Returns whether a point of another triangle is a point of this one, in a
+  /// parallel plane.
+  bool has(Vec3 point, const Face& of) const {
+    const float apart_m = error_m + of.error_m;
+    if (std::fabs(dot(n, of.n)) < kCosParallel || std::fabs(dot(n, point - p[0])) > apart_m) {
       return false;
     }
     float least = 0;
     float most = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 edge = other.p[k == 2 ? 0 : k + 1] - other.p[k];
-      const float inside = dot(normalize_or(cross(other.n, edge), {}), middle - other.p[k]);
+      const Vec3 edge = p[k == 2 ? 0 : k + 1] - p[k];
+      const float inside = dot(normalize_or(cross(n, edge), {}), point - p[k]);
       least = k == 0 ? inside : std::min(least, inside);
       most = k == 0 ? inside : std::max(most, inside);
     }
@@ -62,106 +82,134 @@ struct Face {
   }
 };
 
-/// How far to move a mesh, to the front of its triangles or, if negative, to the back.
-using Move = std::optional<float>;
-
 class Apart {
  public:
-  Apart(SceneData& scene, float radius_m)
-      : scene_(scene), radius_m_(radius_m), moved_m_(scene.meshes.size()) {}
+  Apart(SceneData& scene, float radius_m) : scene_(scene), radius_m_(radius_m) {}
 
   bool run() {
-    bool some = false;
-    std::vector<bool> is_done(scene_.meshes.size());
+    const bool some_may_move =
+        std::any_of(scene_.meshes.begin(), scene_.meshes.end(),
+                    [this](const MeshData& mesh) { return rank(mesh) != Rank::kOther; });
+    if (!some_may_move) {
+      return false;
+    }
+    std::vector<std::size_t> left;
+    for (const MeshData& mesh : scene_.meshes) {
+      left.push_back(rank(mesh) == Rank::kOther ? kLookedAtBehind : kLookedAt);
+    }
     std::size_t begun = 0;  // instances whose meshes begin at or before `placed`
     for (std::uint32_t placed = 0; placed < scene_.placed.size(); ++placed) {
       while (begun < scene_.instances.size() && scene_.instances[begun].first_placed <= placed) {
         ++begun;
       }
       const std::uint32_t mesh = scene_.placed[placed].mesh;
-      if (is_done[mesh] || placed == scene_.ground) {
-        continue;
-      }
-      is_done[mesh] = true;
-      const auto instance = begun == 0 ? kNoInstance : static_cast<std::uint32_t>(begun - 1);
-      if (const Move move = move_of(placed, instance)) {
-        moves_.push_back({mesh, instance, *move});
-        moved_m_[mesh] = std::fabs(*move);
-        some = true;
-      }
+      const std::size_t looked_at = std::min(scene_.meshes[mesh].triangle_count(), left[mesh]);
+      left[mesh] -= looked_at;
+      look_at(placed, begun == 0 ? kNoInstance : static_cast<std::uint32_t>(begun - 1), looked_at);
     }
-    for (const auto& [mesh, instance, move_m] : moves_) {
-      const float scale = instance == kNoInstance ? 1 : least_scale(scene_.instances[instance]);
-      shift(scene_.meshes[mesh], move_m / scale);
-    }
-    return some;
+    return move();
   }
 
  private:
-  struct Moved {
-    std::uint32_t mesh;
-    std::uint32_t instance;
-    float move_m;
+  /// Meshes, the one in front first: how far apart they must be, on which side
+  /// of the other's front it is, and the scale of its instance.
+  struct Contact {
+    float apart_m = 0;
+    float side = 0;
+    float scale = std::numeric_limits<float>::max();
   };
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;
 
-  static float least_scale(const PlacedInstance& instance) {
-    const Transform& m = instance.to_world;
+  Rank rank(const MeshData& mesh) const { return rank_of(scene_.materials[mesh.material]); }
+
+  /// Returns whether a mesh is to be in front of another that it lies on.
+  /// are_alike: their fronts are on one side. Two sheets back to back, as
+  /// exporters write what is seen from both sides, remain one.
+  bool is_before(std::uint32_t placed, std::uint32_t other, bool are_alike) const {
+    const Rank here = rank(scene_.meshes[scene_.placed[placed].mesh]);
+    const Rank there = rank(scene_.meshes[scene_.placed[other].mesh]);
+    if (here != there || here == Rank::kOther) {
+      return here > there;
+    }
+    return other < placed && (are_alike || here == Rank::kEmits);
+  }
+
+  float scale_of(std::uint32_t instance) const {
+    if (instance == kNoInstance) {
+      return 1;
+    }
+    const Transform& m = scene_.instances[instance].to_world;
     return std::min({length(m.x), length(m.y), length(m.z)});
   }
 
-  /// Returns whether a mesh is to be in front of another that it lies on.
-  bool is_before(std::uint32_t placed, std::uint32_t other) const {
-    const auto material = [this](std::uint32_t of) -> const Material& {
-      return scene_.materials[scene_.meshes[scene_.placed[of].mesh].material];
-    };
-    const Material& here = material(placed);
-    const Material& there = material(other);
-    if (lets_pass(here)) {
-      return !lets_pass(there) || other < placed;
-    }
-    return !lets_pass(there) && (!there.is_emissive || other < placed);
-  }
-
-  Move move_of(std::uint32_t placed, std::uint32_t instance) const {
-    const MeshData& mesh = scene_.meshes[scene_.placed[placed].mesh];
-    const Material& material = scene_.materials[mesh.material];
-    if (!(lets_pass(material) || material.is_emissive) || !mesh.later.empty()) {
-      return {};
-    }
+  /// Notes what the mesh lies on, and what lies on it.
+  void look_at(std::uint32_t placed, std::uint32_t instance, std::size_t looked_at) {
     const std::uint32_t geometry =
         instance == kNoInstance ? placed : placed - scene_.instances[instance].first_placed;
-    float move_m = 0;
-    float side = 0;
-    const std::size_t count = mesh.triangle_count();
-    const std::size_t looked_at = std::min(count, kLookedAt);
+    const std::size_t count = scene_.meshes[scene_.placed[placed].mesh].triangle_count();
     for (std::size_t i = 0; i < looked_at; ++i) {
       const auto triangle = static_cast<std::uint32_t>(i * count / looked_at);
       const Face face(scene_, {0, instance, geometry, triangle});
-      if (!face.is_flat()) {
-        continue;
+      for (const Vec3 point : face.points()) {
+        const float reach_m = face.error_m + kPlaneError * (taxicab(point) + 4 * radius_m_);
+        scene_.accel->visit_near(point, face.is_flat() ? reach_m : 0, [&](const RawHit& at) {
+          const auto other =
+              static_cast<std::uint32_t>(&scene_.placed_mesh(at) - scene_.placed.data());
+          const Face there(scene_, at);
+          if (other == placed || !there.is_flat() || !there.has(point, face)) {
+            return true;
+          }
+          const float side = dot(face.n, there.n);
+          if (is_before(placed, other, side > 0)) {
+            add(placed, other, face.error_m + there.error_m, side, scale_of(instance));
+          } else if (is_before(other, placed, side > 0)) {
+            add(other, placed, face.error_m + there.error_m, side, scale_of(at.instance));
+          }
+          return true;
+        });
       }
-      const float reach_m = face.error_m + kPlaneError * (taxicab(face.middle) + 4 * radius_m_);
-      scene_.accel->visit_near(face.middle, reach_m, [&](const RawHit& at) {
-        const auto number =
-            static_cast<std::uint32_t>(&scene_.placed_mesh(at) - scene_.placed.data());
-        const Face other(scene_, at);
-        if (number != placed && is_before(placed, number) && other.is_flat() &&
-            face.lies_on(other)) {
-          move_m = std::max(
-              move_m, moved_m_[scene_.placed[number].mesh] + 2 * (face.error_m + other.error_m));
-          side += dot(face.n, other.n);
+    }
+  }
+
+  void add(std::uint32_t front, std::uint32_t behind, float error_m, float side, float scale) {
+    if (front != scene_.ground && scene_.meshes[scene_.placed[front].mesh].later.empty()) {
+      Contact& contact = contacts_[{scene_.placed[front].mesh, scene_.placed[behind].mesh}];
+      contact.apart_m = std::max(contact.apart_m, 2 * error_m);
+      contact.side += side;
+      contact.scale = std::min(contact.scale, scale);
+    }
+  }
+
+  /// Moves the meshes, those of lower ranks first, so that each knows where what it lies on is.
+  bool move() {
+    std::vector<float> moved_m(scene_.meshes.size());
+    bool some = false;
+    for (const Rank now : {Rank::kEmits, Rank::kLetsPass}) {
+      for (std::uint32_t mesh = 0; mesh < scene_.meshes.size(); ++mesh) {
+        if (rank(scene_.meshes[mesh]) != now) {
+          continue;
         }
-        return true;
-      });
+        float side = 0;
+        float scale = std::numeric_limits<float>::max();
+        for (auto at = contacts_.lower_bound({mesh, 0});
+             at != contacts_.end() && at->first.first == mesh; ++at) {
+          const Contact& contact = at->second;
+          moved_m[mesh] = std::max(moved_m[mesh], moved_m[at->first.second] + contact.apart_m);
+          side += contact.side;
+          scale = std::min(scale, contact.scale);
+        }
+        if (moved_m[mesh] > 0) {
+          some = true;
+          // What emits on one side is seen from there; other meshes are seen where the front is of
+          // what they lie on.
+          const MaterialDescription& m = scene_.materials[scene_.meshes[mesh].material].factors;
+          const bool is_by_own = now == Rank::kEmits && !m.double_sided && !m.unlit;
+          shift(scene_.meshes[mesh],
+                (is_by_own || side >= 0 ? moved_m[mesh] : -moved_m[mesh]) / scale);
+        }
+      }
     }
-    if (move_m == 0) {
-      return {};
-    }
-    // What emits on one side is seen from there; other meshes are seen where the front is of what
-    // they lie on.
-    const bool is_by_own =
-        !lets_pass(material) && !material.factors.double_sided && !material.factors.unlit;
-    return is_by_own || side >= 0 ? move_m : -move_m;
+    return some;
   }
 
   /// Moves the triangles of a mesh along their normals.
@@ -197,8 +245,7 @@ class Apart {
 
   SceneData& scene_;
   float radius_m_;
-  std::vector<float> moved_m_;  ///< by mesh
-  std::vector<Moved> moves_;
+  std::map<Pair, Contact> contacts_;
 };
 
 }  // namespace

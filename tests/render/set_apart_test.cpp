@@ -42,7 +42,7 @@ PrimitiveDescription square(float half_m, float z, int material) {
                             material);
 }
 
-/// Seen along -z under a red sky, from `away` times the size.
+/// Seen along -z under a red sky, from three times the size.
 core::View under_red(std::vector<PrimitiveDescription> things, MaterialDescription upper,
                      float size_m) {
   core::View view = test_support::view_of(
@@ -64,6 +64,9 @@ std::vector<Case> cases() {
       {"in one plane", square(1, 0, 0), square(1, 0, 1), 1},
       {"a part of the wall", square(1, 0, 0), square(0.5F, 0, 1), 1},
       {"larger than the wall", square(0.5F, 0, 0), square(0.7F, 0, 1), 0.5F},
+      {"large, on a small wall", square(0.05F, 0, 0), square(1, 0, 1), 0.05F},
+      {"over a quarter of the wall", test_support::quad({-0.5F, -0.5F, 0}, {2, 0, 0}, {0, 2, 0}, 0),
+       test_support::quad({-1.5F, -1.5F, 0}, {2, 0, 0}, {0, 2, 0}, 1), 1},
       {"1 mm above 2 km", square(1000, 0, 0), square(1000, 1e-3F, 1), 1000},
       {"of a ball", test_support::sphere({0, 0, 0}, 1, 16, false, 0),
        test_support::sphere({0, 0, 0}, 1, 16, false, 1), 1},
@@ -109,6 +112,35 @@ TEST(SetApart, NothingIsSeenThroughAWallThatSomethingLiesOn) {
 TEST(SetApart, EachOfTwoDecalsInOnePlaceCounts) {
   core::View view = under_red({square(1, 0, 1), square(1, 0, 0), square(1, 0, 1)}, decal(), 1);
   EXPECT_NEAR(test_support::render(view, 256).mean().g, 0.25, 0.02);
+}
+
+// As from one, whose back is listed too.
+TEST(SetApart, SheetsBackToBackAreOne) {
+  PrimitiveDescription back = square(1, 0, 1);
+  for (std::size_t i = 0; i < back.indices.size(); i += 3) {
+    std::swap(back.indices[i], back.indices[i + 1]);
+  }
+  core::View view = under_red({square(1, 0, 1), back, square(1, -1, 0)}, decal(), 1);
+  EXPECT_NEAR(test_support::render(view, 256).mean().g, 0.5, 0.02);
+}
+
+// The second instance of the decal lies on the wall.
+TEST(SetApart, LooksAtEachInstance) {
+  core::SceneDescription scene =
+      test_support::scene_of({unlit({0, 1, 0}), decal()}, {square(1, 0, 0)});
+  scene.meshes.push_back({"", {square(0.5F, 0, 1)}});
+  for (const float x : {9.0F, 0.0F}) {
+    core::InstanceDescription instance;
+    instance.mesh = 1;
+    instance.to_world = core::translation({x, 0, 0});
+    scene.instances.push_back(instance);
+  }
+  core::View view = test_support::view_of(std::move(scene), 4, 4);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 5);
+  view.environment = test_support::constant_sky({1, 0, 0});
+  const Rgb seen = test_support::render(view, 256).mean();
+  EXPECT_EQ(seen.r, 0);
+  EXPECT_NEAR(seen.g, 0.5, 0.03);
 }
 
 // Both faces of a lamp as two meshes, the back first.

@@ -325,7 +325,8 @@ void Requests::settle(int tenant, Random& random, const std::function<bool()>& t
   if (answer.status != 200) {
     fail_("no list of jobs: " + answer.body);
   }
-  for (const Json& job : Json::parse(answer.body).at("jobs")) {
+  const Json listed = Json::parse(answer.body);
+  for (const Json& job : listed.at("jobs")) {
     const std::string id = job.at("id").get<std::string>();
     if (ledger_.jobs().contains(id)) {
       continue;

@@ -144,7 +144,8 @@ TEST(ServerView, DefaultsOfAnIntegratorAreThoseOfItsJobs) {
 }
 
 TEST(ServerView, DirectLightHasItsOwnDefaultDepth) {
-  for (const Json& row : server()["integrators"]) {
+  const Json about = server();
+  for (const Json& row : about["integrators"]) {
     const std::vector<std::string> accepts = row["accepts"];
     const auto is_own = [](const std::string& pointer) {
       return pointer == "/integrator/photons" || pointer == "/integrator/records";

@@ -327,7 +327,8 @@ TEST_F(GltfMutation, CorruptedBytesAreRefusedOrValid) {
   const Document d = everything();
   std::mt19937 random(1);
   std::size_t bytes = 0;  // in use; behind them is padding
-  for (const Json& view : Json::parse(d.json)["bufferViews"]) {
+  const Json document = Json::parse(d.json);
+  for (const Json& view : document["bufferViews"]) {
     bytes = std::max(
         bytes, view.value("byteOffset", std::size_t{0}) + view["byteLength"].get<std::size_t>());
   }

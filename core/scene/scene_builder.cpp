@@ -20,6 +20,7 @@
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
 #include "core/scene/mean_emission.h"
+#include "core/scene/placed_meshes.h"
 #include "core/scene/round_facets.h"
 #include "core/scene/set_apart.h"
 #include "core/scene/single_faces.h"
@@ -354,17 +355,9 @@ class Builder {
 
   void add_lights() {
     std::vector<LightBounds> bounds;
-    for (std::size_t i = 0; i < top_level_; ++i) {
-      visit_placed(static_cast<std::uint32_t>(i), kNoInstance, bounds);
-    }
-    for (const PlacedInstance& instance : to_.instances) {
-      const auto next = static_cast<std::size_t>(&instance - to_.instances.data()) + 1;
-      const std::size_t end =
-          next < to_.instances.size() ? to_.instances[next].first_placed : to_.placed.size();
-      for (std::size_t i = instance.first_placed; i < end; ++i) {
-        visit_placed(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(next - 1), bounds);
-      }
-    }
+    for_each_placed(to_, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t) {
+      visit_placed(placed, instance, bounds);
+    });
     for (const PunctualLightDescription& d : from_.lights) {
       if (is_black(d.intensity)) {
         continue;
@@ -426,11 +419,8 @@ class Builder {
       const float twice_area = length(n);
       light.area_m2 = 0.5F * twice_area;
       light.normal = normalize_or(mirrored ? -n : n, {0, 0, 1});
-      for (const Vec3 p : {light.p0, light.p0 + light.edge1, light.p0 + light.edge2}) {
-        light.error_m = std::max(
-            light.error_m, plane_error_m(p, light.edge1, light.edge2, twice_area,
-                                         instance == nullptr ? InstanceError{} : instance->error));
-      }
+      light.error_m = face_error_m({vertex(0), vertex(1), vertex(2)}, twice_area,
+                                   instance == nullptr ? InstanceError{} : instance->error);
       light.placed = placed;
       light.triangle = t;
       light.instance = number;

@@ -9,25 +9,23 @@
 #include <vector>
 
 #include "core/math/offset_ray.h"
+#include "core/scene/placed_meshes.h"
 
 namespace core {
 namespace {
 
-/// Triangles of a mesh, in all instances, that are looked at, evenly spread:
-/// decals and emitters lie on something as a whole, and the time for meshes of
-/// leaves is bounded.
+/// Triangles of a mesh, in all instances, that are looked at, evenly spread: decals and emitters
+/// lie on something as a whole, and the time for meshes of leaves is bounded.
 constexpr std::size_t kLookedAt = 256;
-/// Of a mesh that is not moved: it may be small, and lie on the back of a large
-/// one that is.
+/// Of a mesh that is not moved: it may be small, and lie on the back of a large one that is.
 constexpr std::size_t kLookedAtBehind = 16;
 /// Two planes are parallel within a degree.
 constexpr float kCosParallel = 0.9998477F;
-/// A vertex moves at most so many times the distance, where its triangles
-/// differ in direction.
+/// A vertex moves at most so many times the distance, where its triangles differ in direction.
 constexpr float kStretchMost = 4;
 
-/// Meshes are in front of those of lower ranks. Solids that touch have rules of
-/// their own (faces_at()).
+/// Meshes are in front of those of lower ranks. Solids that touch have rules of their own
+/// (faces_at()).
 enum class Rank { kOther, kEmits, kLetsPass };
 
 Rank rank_of(const Material& m) {
@@ -50,11 +48,7 @@ struct Face {
     const float twice_area = length(across);
     const bool is_mirrored = instance != nullptr && instance->to_world.determinant() < 0;
     n = normalize_or(is_mirrored ? -across : across, {});
-    for (const Vec3 corner : p) {
-      error_m =
-          std::max(error_m, plane_error_m(corner, p[1] - p[0], p[2] - p[0], twice_area,
-                                          instance == nullptr ? InstanceError{} : instance->error));
-    }
+    error_m = face_error_m(p, twice_area, instance == nullptr ? InstanceError{} : instance->error);
   }
 
   bool is_flat() const { return dot(n, n) > 0; }
@@ -97,22 +91,19 @@ class Apart {
     for (const MeshData& mesh : scene_.meshes) {
       left.push_back(rank(mesh) == Rank::kOther ? kLookedAtBehind : kLookedAt);
     }
-    std::size_t begun = 0;  // instances whose meshes begin at or before `placed`
-    for (std::uint32_t placed = 0; placed < scene_.placed.size(); ++placed) {
-      while (begun < scene_.instances.size() && scene_.instances[begun].first_placed <= placed) {
-        ++begun;
-      }
-      const std::uint32_t mesh = scene_.placed[placed].mesh;
-      const std::size_t looked_at = std::min(scene_.meshes[mesh].triangle_count(), left[mesh]);
-      left[mesh] -= looked_at;
-      look_at(placed, begun == 0 ? kNoInstance : static_cast<std::uint32_t>(begun - 1), looked_at);
-    }
+    for_each_placed(
+        scene_, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t geometry) {
+          const std::uint32_t mesh = scene_.placed[placed].mesh;
+          const std::size_t looked_at = std::min(scene_.meshes[mesh].triangle_count(), left[mesh]);
+          left[mesh] -= looked_at;
+          look_at(placed, instance, geometry, looked_at);
+        });
     return move();
   }
 
  private:
-  /// Meshes, the one in front first: how far apart they must be, on which side
-  /// of the other's front it is, and the scale of its instance.
+  /// Of two meshes: how far apart they must be, on which side of the other's front the first is,
+  /// and the scale of its instance.
   struct Contact {
     float apart_m = 0;
     float side = 0;
@@ -122,9 +113,8 @@ class Apart {
 
   Rank rank(const MeshData& mesh) const { return rank_of(scene_.materials[mesh.material]); }
 
-  /// Returns whether a mesh is to be in front of another that it lies on.
-  /// are_alike: their fronts are on one side. Two sheets back to back, as
-  /// exporters write what is seen from both sides, remain one.
+  /// Returns whether a mesh is to be in front of another that it lies on. are_alike: their fronts
+  /// are on one side. Two sheets back to back, as exporters write two-sided surfaces, remain one.
   bool is_before(std::uint32_t placed, std::uint32_t other, bool are_alike) const {
     const Rank here = rank(scene_.meshes[scene_.placed[placed].mesh]);
     const Rank there = rank(scene_.meshes[scene_.placed[other].mesh]);
@@ -143,20 +133,28 @@ class Apart {
   }
 
   /// Notes what the mesh lies on, and what lies on it.
-  void look_at(std::uint32_t placed, std::uint32_t instance, std::size_t looked_at) {
-    const std::uint32_t geometry =
-        instance == kNoInstance ? placed : placed - scene_.instances[instance].first_placed;
-    const std::size_t count = scene_.meshes[scene_.placed[placed].mesh].triangle_count();
+  void look_at(std::uint32_t placed, std::uint32_t instance, std::uint32_t geometry,
+               std::size_t looked_at) {
+    const MeshData& mesh = scene_.meshes[scene_.placed[placed].mesh];
+    const std::size_t count = mesh.triangle_count();
     for (std::size_t i = 0; i < looked_at; ++i) {
       const auto triangle = static_cast<std::uint32_t>(i * count / looked_at);
       const Face face(scene_, {0, instance, geometry, triangle});
+      if (!face.is_flat()) {
+        continue;
+      }
       for (const Vec3 point : face.points()) {
         const float reach_m = face.error_m + kPlaneError * (taxicab(point) + 4 * radius_m_);
-        scene_.accel->visit_near(point, face.is_flat() ? reach_m : 0, [&](const RawHit& at) {
-          const auto other =
-              static_cast<std::uint32_t>(&scene_.placed_mesh(at) - scene_.placed.data());
+        scene_.accel->visit_near(point, reach_m, [&](const RawHit& at) {
+          const PlacedMesh& near = scene_.placed_mesh(at);
+          const auto other = static_cast<std::uint32_t>(&near - scene_.placed.data());
+          const bool may_move =
+              rank(mesh) != Rank::kOther || rank(scene_.meshes[near.mesh]) != Rank::kOther;
+          if (other == placed || !may_move) {
+            return true;
+          }
           const Face there(scene_, at);
-          if (other == placed || !there.is_flat() || !there.has(point, face)) {
+          if (!there.is_flat() || !there.has(point, face)) {
             return true;
           }
           const float side = dot(face.n, there.n);

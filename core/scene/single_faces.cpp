@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/offset_ray.h"
+#include "core/scene/placed_meshes.h"
 
 namespace core {
 namespace {
@@ -138,7 +139,7 @@ void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std:
   }
   scene.near_planes.resize(scene.solids.empty() ? 0 : scene.placed.size());
   const auto fill = [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t geometry) {
-    if (scene.placed[placed].solid == kNoSolid) {
+    if (scene.placed[placed].solid == kNoSolid || stop.stop_requested()) {
       return;
     }
     const std::size_t count = scene.meshes[scene.placed[placed].mesh].triangle_count();
@@ -171,18 +172,7 @@ void find_single_faces(SceneData& scene, const ParallelFor& parallel, const std:
     }
     near.first.push_back(static_cast<std::uint32_t>(near.planes.size()));
   };
-  std::size_t begun = 0;  // instances whose meshes begin at or before `placed`
-  for (std::uint32_t placed = 0; placed < scene.placed.size() && !stop.stop_requested(); ++placed) {
-    while (begun < scene.instances.size() && scene.instances[begun].first_placed <= placed) {
-      ++begun;
-    }
-    if (begun == 0) {
-      fill(placed, kNoInstance, placed);
-    } else {
-      fill(placed, static_cast<std::uint32_t>(begun - 1),
-           placed - scene.instances[begun - 1].first_placed);
-    }
-  }
+  for_each_placed(scene, fill);
   if (stop.stop_requested()) {
     scene.near_planes.clear();
   }

@@ -135,10 +135,10 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
 std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& primitive,
                                                          const std::string& mesh,
                                                          const std::string& where) {
-  const MaterialDescription plain;
-  const MaterialDescription& m =
-      primitive.material < 0 ? plain
-                             : scene_.materials[static_cast<std::size_t>(primitive.material)];
+  if (primitive.material < 0) {
+    return {};  // glTF's default material is opaque, and does not emit
+  }
+  const MaterialDescription& m = scene_.materials[static_cast<std::size_t>(primitive.material)];
   const bool is_solid = (m.transmission > 0 || m.diffuse_transmission > 0) && m.thickness > 0;
   const bool is_one_sided_emitter = !is_black(m.emissive) && !m.double_sided && !m.unlit;
   if (!is_solid && !is_one_sided_emitter) {
@@ -150,7 +150,7 @@ std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& p
   }
   std::vector<std::uint32_t> backs = take_triangles(primitive, which);
   if (is_solid) {
-    repairs_.note("doubled", where,
+    repairs_.note("left_out", where,
                   std::to_string(backs.size() / 3) + " triangles" +
                       (mesh.empty() ? "" : " of mesh '" + mesh + "'") +
                       " are there in both windings; a solid needs one, and the later is left out");

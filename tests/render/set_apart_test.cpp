@@ -29,17 +29,17 @@ MaterialDescription decal() {
   return m;
 }
 
-MaterialDescription thin_glass() {
-  MaterialDescription m = test_support::lambert(Rgb(1));
-  m.roughness = 0;
-  m.specular = 1;
-  m.transmission = 1;
-  return m;
-}
-
 PrimitiveDescription square(float half_m, float z, int material) {
   return test_support::quad({-half_m, -half_m, z}, {2 * half_m, 0, 0}, {0, 2 * half_m, 0},
                             material);
+}
+
+/// The same with the opposite winding.
+PrimitiveDescription back_of(PrimitiveDescription front) {
+  for (std::size_t i = 0; i < front.indices.size(); i += 3) {
+    std::swap(front.indices[i], front.indices[i + 1]);
+  }
+  return front;
 }
 
 /// Seen along -z under a red sky, from three times the size.
@@ -82,7 +82,7 @@ TEST(SetApart, NothingIsSeenThroughAWallThatSomethingLiesOn) {
         std::swap(things[0], things[1]);
       }
       core::View decals = under_red(things, decal(), c.size_m);
-      core::View panes = under_red(things, thin_glass(), c.size_m);
+      core::View panes = under_red(things, test_support::glass(1.5F, 0), c.size_m);
       for (const core::IntegratorEntry& row : core::integrators()) {
         if (row.name == core::kAutomaticIntegrator) {
           continue;
@@ -114,12 +114,9 @@ TEST(SetApart, EachOfTwoDecalsInOnePlaceCounts) {
   EXPECT_NEAR(test_support::render(view, 256).mean().g, 0.25, 0.02);
 }
 
-// As from one, whose back is listed too.
+// A decal of one sheet, and its back as another, above a wall.
 TEST(SetApart, SheetsBackToBackAreOne) {
-  PrimitiveDescription back = square(1, 0, 1);
-  for (std::size_t i = 0; i < back.indices.size(); i += 3) {
-    std::swap(back.indices[i], back.indices[i + 1]);
-  }
+  const PrimitiveDescription back = back_of(square(1, 0, 1));
   core::View view = under_red({square(1, 0, 1), back, square(1, -1, 0)}, decal(), 1);
   EXPECT_NEAR(test_support::render(view, 256).mean().g, 0.5, 0.02);
 }
@@ -145,10 +142,7 @@ TEST(SetApart, LooksAtEachInstance) {
 
 // Both faces of a lamp as two meshes, the back first.
 TEST(SetApart, FacesOfALampInOnePlaceEmitToTheirSides) {
-  PrimitiveDescription back = square(1, 0, 0);
-  for (std::size_t i = 0; i < back.indices.size(); i += 3) {
-    std::swap(back.indices[i], back.indices[i + 1]);
-  }
+  const PrimitiveDescription back = back_of(square(1, 0, 0));
   for (const float side : {-1.0F, 1.0F}) {
     core::View view = test_support::view_of(
         test_support::scene_of({test_support::emitter(Rgb(1))}, {back, square(1, 0, 0)}), 4, 4);

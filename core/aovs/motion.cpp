@@ -12,6 +12,27 @@ std::uint64_t key_of(std::uint32_t instance, std::uint32_t primitive) {
   return std::uint64_t{instance} << 32U | primitive;
 }
 
+/// Returns where a vertex of the mesh is, given those of the file; empty if the file has it not.
+std::optional<Vec3> position_of(const MeshData& mesh, std::uint32_t vertex,
+                                const std::vector<Vec3>& in_file) {
+  const std::size_t given = mesh.positions.size() - 1 - mesh.added.size();
+  const AddedVertex at = vertex < given ? AddedVertex{{vertex, vertex, vertex}, {1, 0, 0}}
+                                        : mesh.added[vertex - given];
+  std::array<double, 3> sum = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t v =
+        mesh.file_vertices.empty() ? at.vertices[k] : mesh.file_vertices[at.vertices[k]];
+    if (v >= in_file.size()) {
+      return std::nullopt;
+    }
+    const auto weight = static_cast<double>(at.weights[k]);
+    sum[0] += weight * static_cast<double>(in_file[v].x);
+    sum[1] += weight * static_cast<double>(in_file[v].y);
+    sum[2] += weight * static_cast<double>(in_file[v].z);
+  }
+  return Vec3{static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])};
+}
+
 }  // namespace
 
 MotionTarget::MotionTarget(SceneDescription later) : cameras_(std::move(later.cameras)) {
@@ -56,12 +77,11 @@ std::optional<Vec3> MotionTarget::position(const SceneData& now, const SurfacePo
   const Transform& to_world = to_world_[found->second.instance];
   std::array<Vec3, 3> p;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t vertex =
-        mesh.file_vertices.empty() ? at.vertices[k] : mesh.file_vertices[at.vertices[k]];
-    if (vertex >= positions.size()) {
+    const auto corner = position_of(mesh, at.vertices[k], positions);
+    if (!corner) {
       return std::nullopt;
     }
-    p[k] = to_world.point(positions[vertex]);
+    p[k] = to_world.point(*corner);
   }
   return p[0] * at.weights.x + p[1] * at.weights.y + p[2] * at.weights.z;
 }

@@ -94,6 +94,11 @@ struct MaterialDescription : SurfaceLayers {
   IorCurve ior_curve;  ///< for paths of wavelengths, instead of `dispersion`; `ior` is its n_d
   TextureDescription diffuse_transmission_texture;        ///< A
   TextureDescription diffuse_transmission_color_texture;  ///< sRGB
+
+  /// Returns whether meshes of this material bound solids; other walls that transmit are thin.
+  bool bounds_solids() const noexcept {
+    return (transmission > 0 || diffuse_transmission > 0) && thickness > 0;
+  }
 };
 
 /// Triangles of one material. All attribute arrays are empty or as long as positions.

@@ -14,6 +14,12 @@
 
 namespace core {
 
+/// A vertex within a triangle of the file: the sum of vertices times weights.
+struct AddedVertex {
+  std::array<std::uint32_t, 3> vertices = {};
+  std::array<float, 3> weights = {};
+};
+
 /// One mesh primitive in memory. Embree uses its buffers directly.
 struct MeshData {
   std::vector<Vec3> positions;  ///< one more than the vertex count: Embree reads past the end
@@ -24,6 +30,7 @@ struct MeshData {
   std::array<std::vector<Vec2>, 2> uv;
   std::vector<Vec4> colors;
   std::vector<std::uint32_t> file_vertices;  ///< as in PrimitiveDescription
+  std::vector<AddedVertex> added;            ///< the last vertices, which are not of the file
   /// By triangle: bit 0 if rays may leave its front from the smooth surface of its normals, bit 1
   /// the back (core/scene/round_facets.h); empty: none.
   std::vector<std::uint8_t> round_sides;

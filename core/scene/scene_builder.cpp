@@ -16,6 +16,7 @@
 #include "core/math/numbers.h"
 #include "core/scene/check_geometry.h"
 #include "core/scene/crowding.h"
+#include "core/scene/divide_triangles.h"
 #include "core/scene/drawn.h"
 #include "core/scene/light_groups.h"
 #include "core/scene/matte_names.h"
@@ -49,10 +50,12 @@ class Builder {
       bounds_.add(point);
     }
     place_meshes();
+    const std::size_t added = divide_triangles(to_, top_level_);
     if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }
     add_lights();
+    placed_triangles_ -= added;
     find_solids(to_, {from_, instance_of_, top_level_});
     Bounds box = bounds_;
     box.add(ground_bounds_);
@@ -139,7 +142,7 @@ class Builder {
       m.is_emissive = !is_black(d.unlit ? d.base_color : d.emissive);
       m.has_alpha = d.alpha_mode == AlphaMode::kMask || (d.alpha_mode == AlphaMode::kBlend);
       m.transmits = (d.transmission > 0 && d.ior != 0) || d.diffuse_transmission > 0;
-      m.is_volume = (d.transmission > 0 || d.diffuse_transmission > 0) && d.thickness > 0;
+      m.is_volume = d.bounds_solids();
       m.medium = m.is_volume ? medium_within(d) : Medium{};
       m.plain = plain_parameters(d, m.is_volume);
       to_.has_volumes = to_.has_volumes || m.is_volume;

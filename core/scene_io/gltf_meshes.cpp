@@ -139,9 +139,8 @@ std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& p
     return {};  // glTF's default material is opaque, and does not emit
   }
   const MaterialDescription& m = scene_.materials[static_cast<std::size_t>(primitive.material)];
-  const bool is_solid = (m.transmission > 0 || m.diffuse_transmission > 0) && m.thickness > 0;
   const bool is_one_sided_emitter = !is_black(m.emissive) && !m.double_sided && !m.unlit;
-  if (!is_solid && !is_one_sided_emitter) {
+  if (!m.bounds_solids() && !is_one_sided_emitter) {
     return {};
   }
   const std::vector<bool> which = find_backs(primitive);
@@ -149,7 +148,7 @@ std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& p
     return {};
   }
   std::vector<std::uint32_t> backs = take_triangles(primitive, which);
-  if (is_solid) {
+  if (m.bounds_solids()) {
     repairs_.note("left_out", where,
                   std::to_string(backs.size() / 3) + " triangles" +
                       (mesh.empty() ? "" : " of mesh '" + mesh + "'") +

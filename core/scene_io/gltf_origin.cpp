@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/math/offset_ray.h"
-
 namespace core {
 namespace {
 
@@ -14,12 +12,6 @@ constexpr double kFarRadii = 32;
 constexpr double kFloatStep = 0x1p-23;  ///< of a float, relative, at most
 /// Steps along the radius of a mesh below which its shape is reported as inexact.
 constexpr double kFewSteps = 256;
-/// Steps of rays off a triangle along the radius of a mesh on it, below which its contact and its
-/// shadow are reported as inexact. A cube of 2 cm, of which a step is .11, .05 or .016, differs by
-/// 2 to 50% in blocks of 8x8 pixels from one on small triangles; one with .001 by .3%.
-constexpr double kFewRaySteps = 32;
-/// A ground is so much wider than it is high: things stand on it, and not within it as in a dome.
-constexpr double kFlat = 100;
 /// Radii between which areas, densities and their squares stay within the range of floats.
 constexpr double kSmallestRadius = 1e-7;
 constexpr double kLargestRadius = 1e8;
@@ -53,30 +45,6 @@ PlaceBox placed(const Affine& to_world, const PlaceBox& box) {
     out.add({image(0), image(1), image(2)});
   }
   return out;
-}
-
-/// Returns the largest sum of the taxicab lengths of a triangle's first edges, of which the step of
-/// rays off it is a multiple (plane_error_m()).
-double edges_of(const MeshDescription& mesh) {
-  double most = 0;
-  for (const PrimitiveDescription& p : mesh.primitives) {
-    for (std::size_t i = 0; i + 2 < p.indices.size(); i += 3) {
-      const Vec3 at = p.positions[p.indices[i]];
-      most = std::max(most, static_cast<double>(taxicab(p.positions[p.indices[i + 1]] - at)) +
-                                static_cast<double>(taxicab(p.positions[p.indices[i + 2]] - at)));
-    }
-  }
-  return most;
-}
-
-bool is_flat(const PlaceBox& box) {
-  const Place size = box.max - box.min;
-  return std::min({size.x, size.y, size.z}) * kFlat <= std::max({size.x, size.y, size.z});
-}
-
-bool touches(const PlaceBox& a, const PlaceBox& b, double room) {
-  return a.min.x <= b.max.x + room && b.min.x <= a.max.x + room && a.min.y <= b.max.y + room &&
-         b.min.y <= a.max.y + room && a.min.z <= b.max.z + room && b.min.z <= a.max.z + room;
 }
 
 std::string text_of(double value) {
@@ -115,45 +83,6 @@ Place far_origin(const PlaceBox& box) noexcept {
   };
   return {near(box.min.x, box.max.x), near(box.min.y, box.max.y), near(box.min.z, box.max.z)};
 }
-
-namespace {
-
-/// Warns of the first mesh that is too small for the triangles of a flat one that it stands on.
-/// boxes: of the instances, in the world; own: of the meshes, in their space.
-void warn_of_large_triangles(const SceneDescription& scene, const std::vector<PlaceBox>& boxes,
-                             const std::vector<PlaceBox>& own, std::vector<Warning>& warnings) {
-  std::vector<double> edges;
-  for (const MeshDescription& mesh : scene.meshes) {
-    edges.push_back(edges_of(mesh));
-  }
-  std::size_t ground = boxes.size();
-  double most = 0;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const auto mesh = static_cast<std::size_t>(scene.instances[i].mesh);
-    const double edge_m =
-        own[mesh].radius() > 0 ? edges[mesh] * boxes[i].radius() / own[mesh].radius() : 0;
-    if (edge_m > most && is_flat(boxes[i])) {
-      most = edge_m;
-      ground = i;
-    }
-  }
-  const double step_m = static_cast<double>(kPlaneError) * most;
-  for (std::size_t i = 0; i < boxes.size() && ground < boxes.size(); ++i) {
-    const double radius_m = boxes[i].radius();
-    if (i != ground && radius_m > 0 && radius_m < kFewRaySteps * step_m &&
-        touches(boxes[i], boxes[ground], radius_m)) {
-      warnings.emplace_back("size", "/nodes/" + std::to_string(scene.instances[i].object - 1),
-                            "the mesh is " + text_of(2 * radius_m) +
-                                " m large and stands on a triangle of " + text_of(most / 2) +
-                                " m, which rays leave by " + text_of(step_m) +
-                                " m because of 32-bit floats: contact and shadow are inexact. "
-                                "Divide the large triangle, or make it smaller.");
-      return;
-    }
-  }
-}
-
-}  // namespace
 
 Place find_origin(const SceneDescription& scene, std::span<const Affine> to_world,
                   std::vector<Warning>& warnings) {
@@ -198,7 +127,6 @@ Place find_origin(const SceneDescription& scene, std::span<const Affine> to_worl
       break;  // for all
     }
   }
-  warn_of_large_triangles(scene, boxes, own, warnings);
   return origin;
 }
 

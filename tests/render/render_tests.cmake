@@ -27,6 +27,7 @@ set(RENDER_TEST_SOURCES
   photons_test.cpp
   planted_bugs_test.cpp
   restir_test.cpp
+  divide_triangles_test.cpp
   set_apart_test.cpp
   shutter_test.cpp
   solids_test.cpp

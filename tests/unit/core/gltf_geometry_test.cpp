@@ -383,34 +383,6 @@ TEST(GltfGeometry, ScalesOfZeroDoNotTurnLights) {
   }
 }
 
-/// Warnings of sizes, for a triangle of 2 cm at a height above a flat one whose sides are `side` m.
-std::vector<core::Warning> warnings_of_size(float side, float height, const std::string& turned) {
-  core::GlbWriter writer;
-  const auto mesh = [&](float size) {
-    const int positions =
-        accessor(writer, std::vector<float>{0, 0, 0, size, 0, 0, 0, 0, size}, kF32, "VEC3", 3);
-    writer.add("meshes", "{\"primitives\":[{" + attributes(positions) + "}]}");
-  };
-  mesh(side);
-  mesh(0.02F);
-  writer.add("nodes", "{\"mesh\":0" + turned + "}");
-  writer.add("nodes", R"({"mesh":1,"translation":[1,)" + std::to_string(height) + ",1]}");
-  writer.add("scenes", R"({"nodes":[0,1]})");
-  const auto scene = load(writer);
-  EXPECT_TRUE(scene);
-  return scene ? scene->warnings : std::vector<core::Warning>();
-}
-
-TEST(GltfGeometry, WarnsOfWhatIsTooSmallForTheTriangleThatItStandsOn) {
-  EXPECT_TRUE(warnings_of_size(100, 0, "").empty());
-  const auto warnings = warnings_of_size(5000, 0, "");
-  ASSERT_EQ(warnings.size(), 1);
-  EXPECT_EQ(warnings[0].pointer, "/nodes/1");
-  EXPECT_TRUE(warnings_of_size(5000, 2, "").empty()) << "above the ground";
-  EXPECT_TRUE(warnings_of_size(5000, 0, R"(,"rotation":[0.3826834,0,0,0.9238795])").empty())
-      << "a slope is not known as a ground";
-}
-
 /// A triangle twice with the same winding and, between them, its back.
 core::SceneDescription both_windings(const std::string& material) {
   core::GlbWriter writer;

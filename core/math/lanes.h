@@ -211,18 +211,23 @@ Mask<N> is_finite(Floats<N> x) {
   return abs(x) < Floats<N>(__builtin_inff());
 }
 
-/// p: aligned to the vector.
 template <std::size_t N>
 Floats<N> load(const float* p) {
-  return *reinterpret_cast<const typename Floats<N>::Raw*>(p);
+  Floats<N> out;
+  std::memcpy(&out.v, p, sizeof(out.v));
+  return out;
 }
 template <std::size_t N>
 Ints<N> load(const std::int32_t* p) {
-  return *reinterpret_cast<const typename Ints<N>::Raw*>(p);
+  Ints<N> out;
+  std::memcpy(&out.v, p, sizeof(out.v));
+  return out;
 }
 template <std::size_t N>
 Words<N> load(const std::uint32_t* p) {
-  return *reinterpret_cast<const typename Words<N>::Raw*>(p);
+  Words<N> out;
+  std::memcpy(&out.v, p, sizeof(out.v));
+  return out;
 }
 template <std::size_t N>
 void store(float* p, Floats<N> x) {
@@ -342,12 +347,12 @@ void transpose(const std::int32_t* const (&rows)[N], Ints<N> (&columns)[4]) {
   }
 }
 
-/// Four lanes of a, then four of b; pointers are aligned to 16 bytes.
+/// Four lanes of a, then four of b.
 template <std::size_t N>
 Floats<N> load_halves(const float* a, const float* b) {
   static_assert(N == 8);
   return typename Floats<N>::Raw(
-      _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(a)), _mm_load_ps(b), 1));
+      _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(a)), _mm_loadu_ps(b), 1));
 }
 template <std::size_t N>
 Ints<N> load_halves(const std::int32_t* a, const std::int32_t* b) {

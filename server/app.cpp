@@ -21,6 +21,7 @@
 #include "api/job/job_spec.h"
 #include "api/json/limits.h"
 #include "core/accel/arithmetic.h"
+#include "core/base/paged_memory.h"
 #include "core/base/shown_address.h"
 #include "server/arrival.h"
 #include "server/auth/guard.h"
@@ -143,6 +144,7 @@ class App {
     if (!data) {
       return data.error();
     }
+    core::set_paging_folder(data->path());
     auto database = Database::open(data->database_path());
     if (!database) {
       return database.error();

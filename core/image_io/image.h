@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/paged_memory.h"
+
 namespace core {
 
 enum class PixelType : std::uint8_t { kU8, kU16, kF32 };
@@ -17,7 +19,7 @@ struct Image {
   PixelType type = PixelType::kU8;
   /// width * height * channels values of `type`, native endian. 8-bit and 16-bit values are as
   /// stored in the file, including its sRGB encoding.
-  std::vector<std::byte> bytes;
+  PagedVector<std::byte> bytes;
 
   std::size_t value_count() const noexcept {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *

@@ -149,6 +149,9 @@ Status GltfImages::decode_all() {
         note.pixels = goes_on.error();
       } else if (!note.pixels) {
         note.pixels = decode_image(note.file, {limits_.image_side_max, note.bytes_max});
+        if (*note.pixels) {
+          set_aside((*note.pixels)->bytes);
+        }
       }
     } catch (...) {
       note.thrown = std::current_exception();

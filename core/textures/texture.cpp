@@ -91,11 +91,11 @@ Vec4 float_mean_of(Vec4 a, Vec4 b, Vec4 c, Vec4 d) {
 
 /// value(texel): linear; texel(value): rounds it.
 template <typename Texel, typename Value, typename ToTexel>
-std::vector<Texel> halved_by_area(const std::vector<Texel>& from, int width, int height,
+PagedVector<Texel> halved_by_area(const PagedVector<Texel>& from, int width, int height,
                                   const Value& value, const ToTexel& texel) {
   const std::vector<AreaCover> columns = area_covers(width, std::max(1, width / 2));
   const std::vector<AreaCover> rows = area_covers(height, std::max(1, height / 2));
-  std::vector<Texel> to;
+  PagedVector<Texel> to;
   to.reserve(columns.size() * rows.size());
   for (const AreaCover& row : rows) {
     for (const AreaCover& column : columns) {
@@ -113,10 +113,10 @@ std::vector<Texel> halved_by_area(const std::vector<Texel>& from, int width, int
 
 /// As halved_by_area() for even sizes, without multiplications. Pre: each size is even or 1.
 template <typename Texel, typename Mean>
-std::vector<Texel> halved(const std::vector<Texel>& from, int width, int height, const Mean& mean) {
+PagedVector<Texel> halved(const PagedVector<Texel>& from, int width, int height, const Mean& mean) {
   const int half_width = std::max(1, width / 2);
   const int half_height = std::max(1, height / 2);
-  std::vector<Texel> to(static_cast<std::size_t>(half_width) *
+  PagedVector<Texel> to(static_cast<std::size_t>(half_width) *
                         static_cast<std::size_t>(half_height));
   const auto row_of = [&](int y) {
     return from.data() +
@@ -167,7 +167,7 @@ Vec4 mean_of_texels(int width, int height, const Texel& texel) {
 
 /// 8-bit pixels as RGBA.
 template <std::size_t kChannels>
-void pack(const std::byte* from, std::vector<std::uint32_t>& to) {
+void pack(const std::byte* from, PagedVector<std::uint32_t>& to) {
   constexpr bool kGrey = kChannels <= 2;
   for (std::uint32_t& texel : to) {
     const auto byte = [from](std::size_t k) { return std::to_integer<std::uint32_t>(from[k]); };
@@ -203,7 +203,7 @@ Vec4 Texture::texel(const Level& level, int x, int y) const noexcept {
   return level.floats.empty() ? unpacked(level.rgba8[at], srgb_) : level.floats[at];
 }
 
-std::vector<Vec4> linear_texels(const Image& image, bool srgb) {
+PagedVector<Vec4> linear_texels(const Image& image, bool srgb) {
   const auto channels = static_cast<std::size_t>(image.channels);
   const bool grey = channels <= 2;
   const bool alpha = channels == 2 || channels == 4;
@@ -212,7 +212,7 @@ std::vector<Vec4> linear_texels(const Image& image, bool srgb) {
     const float c = stored_value(image, k);
     return decode ? srgb_to_linear(c) : c;
   };
-  std::vector<Vec4> texels(image.value_count() / channels);
+  PagedVector<Vec4> texels(image.value_count() / channels);
   for (std::size_t i = 0; i < texels.size(); ++i) {
     const std::size_t at = i * channels;
     texels[i] = {value(at), value(grey ? at : at + 1), value(grey ? at : at + 2),
@@ -265,6 +265,11 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
   texture->mean_ = mean_of_texels(image.width, image.height, [&texture](int x, int y) {
     return texture->texel(texture->levels_.front(), x, y);
   });
+  set_aside(image.bytes);
+  for (const Level& level : texture->levels_) {
+    set_aside(level.rgba8);
+    set_aside(level.floats);
+  }
   return texture;
 }
 
@@ -401,7 +406,7 @@ Vec4 Texture::read(const Taps& taps) const noexcept {
 std::size_t Texture::bytes() const noexcept {
   std::size_t sum = 0;
   for (const Level& level : levels_) {
-    sum += level.rgba8.size() * sizeof(std::uint32_t) + level.floats.size() * sizeof(Vec4);
+    sum += resident_bytes(level.rgba8) + resident_bytes(level.floats);
   }
   return sum;
 }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/paged_memory.h"
 #include "core/description/scene_description.h"
 #include "core/image_io/image.h"
 #include "core/math/intrinsics.h"
@@ -28,7 +29,7 @@ inline constexpr int kTextureTapsMax = 8;
 
 /// Returns all pixels of an image in linear light, row 0 on top. Grey is copied to RGB; alpha is 1
 /// if missing. srgb: as for Texture::create().
-std::vector<Vec4> linear_texels(const Image& image, bool srgb);
+PagedVector<Vec4> linear_texels(const Image& image, bool srgb);
 
 class Texture {
  public:
@@ -70,6 +71,7 @@ class Texture {
   int width() const noexcept { return levels_[0].width; }
   int height() const noexcept { return levels_[0].height; }
   int level_count() const noexcept { return static_cast<int>(levels_.size()); }
+  /// Returns the bytes that always take memory: levels of kPagedBytes do not.
   std::size_t bytes() const noexcept;
   /// Returns whether the texel of the finest level is black, whatever its alpha.
   bool is_black(int x, int y) const noexcept {
@@ -93,8 +95,8 @@ class Texture {
   struct Level {
     int width = 0;
     int height = 0;
-    std::vector<std::uint32_t> rgba8;
-    std::vector<Vec4> floats;
+    PagedVector<std::uint32_t> rgba8;
+    PagedVector<Vec4> floats;
   };
   Texture() = default;
   Vec4 texel(const Level& level, int x, int y) const noexcept;

@@ -132,7 +132,7 @@ Result<OpenedImage> open_image(std::string_view kind, std::span<const std::byte>
 // Copies the data window, which has the channels from `first` on, to its place in the display
 // window; what lies outside stays black.
 void place_window(const OpenedImage& opened, int first, std::size_t stored_channels,
-                  const std::vector<std::byte>& stored, Image& image) {
+                  const PagedVector<std::byte>& stored, Image& image) {
   const OIIO::ImageSpec& spec = opened.spec;
   const std::size_t value_bytes = bytes_per_value(image.type);
   const auto begin_x = std::max<std::int64_t>(spec.x, spec.full_x);
@@ -215,7 +215,7 @@ Result<Image> decode_pixels(std::string_view kind, std::span<const std::byte> fi
   const OIIO::ImageSpec& spec = opened->spec;
   const auto [low, high] = std::minmax_element(opened->channels.begin(), opened->channels.end());
   const auto stored_channels = static_cast<std::size_t>(*high - *low + 1);
-  std::vector<std::byte> stored(static_cast<std::size_t>(spec.width) *
+  PagedVector<std::byte> stored(static_cast<std::size_t>(spec.width) *
                                 static_cast<std::size_t>(spec.height) * stored_channels *
                                 bytes_per_value(image.type));
   if (!opened->input->read_image(opened->part, 0, *low, *high + 1, type, stored.data())) {

@@ -11,6 +11,7 @@ set(CORE_TEST_SOURCES
   denoise_test.cpp
   distortion_test.cpp
   distribution_test.cpp
+  divide_triangles_test.cpp
   error_estimate_test.cpp
   exposure_test.cpp
   feature_pass_test.cpp
@@ -28,6 +29,7 @@ set(CORE_TEST_SOURCES
   light_shares_test.cpp
   object_boxes_test.cpp
   offset_ray_test.cpp
+  paged_memory_test.cpp
   oidn_test.cpp
   outdoor_test.cpp
   pass_plan_test.cpp

@@ -94,10 +94,9 @@ class PictureRenderer final : public Renderer {
   bool gather(TileState& state, const Prepass& pass, std::stop_token stop) const override;
   std::unique_ptr<LightCensus> start_census() const override {
     prepare_tracing_thread();
-    const FilmSettings& film = view_.settings.film;
     return std::make_unique<LightCensus>(
         IntegratorInput{view_.scene->data(), view_.environment.get(), view_.settings, &camera_},
-        tile_rects(film.crop.value_or(PixelRect{0, 0, film.width, film.height})));
+        tile_rects(view_.settings.film.area()));
   }
   bool render_meter(int chunk, MeterChunk& state, int last_sample,
                     std::stop_token stop) const override {

@@ -218,8 +218,7 @@ Status check_light(const SliceWork& given, const SliceWork& done, bool is_first,
 }
 
 Status check_sums(const RenderSettings& settings, const std::string& sums, std::uint64_t paths) {
-  const PixelRect all = {0, 0, settings.film.width, settings.film.height};
-  const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
+  const std::vector<PixelRect> tiles = tile_rects(settings.film.area());
   return are_sums_of(splat_layout(settings, tiles), sums, paths)
              ? ok_status()
              : Status(refused("its splat sums are invalid"));

@@ -41,7 +41,7 @@ inline bool is_sane(const ReplicateFit& f, std::uint64_t /*samples*/) {
 
 inline bool is_sane(const Rgb& share, std::uint64_t /*samples*/) { return is_finite(share); }
 
-inline bool is_sane(const LabelPixel& p, std::uint64_t /*samples*/) {
+inline bool is_sane(const FirstHitPixel& p, std::uint64_t /*samples*/) {
   return is_finite(p.position) && std::isfinite(p.uv.x) && std::isfinite(p.uv.y) &&
          !std::isinf(p.motion.x) && !std::isinf(p.motion.y);
 }

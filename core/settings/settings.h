@@ -80,7 +80,7 @@ struct FilmSettings {
   /// Returns the pixels that are rendered: the crop, or all.
   PixelRect area() const noexcept { return crop.value_or(PixelRect{0, 0, width, height}); }
   bool has_aux() const noexcept { return albedo || normal || depth; }
-  bool has_labels() const noexcept {
+  bool has_first_hits() const noexcept {
     return object || instance || material || primitive || position || uv || motion;
   }
 };

@@ -15,7 +15,7 @@ inline void make_insane(core::PixelPlan& value) { value = {2, 1}; }  // takes sa
 inline void make_insane(core::PilotPixel& value) { value.m2.b = kNan; }
 inline void make_insane(core::ReplicateFit& value) { value.coefficient.r = kNan; }
 inline void make_insane(core::Rgb& value) { value.b = kNan; }
-inline void make_insane(core::LabelPixel& value) { value.position.z = kNan; }
+inline void make_insane(core::FirstHitPixel& value) { value.position.z = kNan; }
 inline void make_insane(core::MattePixel& value) { value = {{{0, {1, 0}}}}; }  // hits of nothing
 inline void make_insane(float& value) { value = kNan; }
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/accel/accel.h"
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 #include "core/camera/moving_camera.h"
 
 namespace core {

@@ -347,7 +347,7 @@ class FullSliceResult : public SliceResult {
 
 TEST_F(FullSliceResult, IsRefusedWithAnInsaneValueOfAnyArray) {
   EXPECT_TRUE(is_taken());
-  EXPECT_EQ(spoil_each(), 6);  // pixels, aux, shares, labels, mattes, depths
+  EXPECT_EQ(spoil_each(), 6);  // pixels, aux, shares, first hits, mattes, depths
   EXPECT_TRUE(is_taken());
 }
 

@@ -237,16 +237,8 @@ std::vector<std::string_view> candidates_of(const RenderSettings& settings, bool
 }
 
 std::string_view bias_of(const RenderSettings& settings) {
-  std::string_view bias = "none";
-  const auto add = [&bias](std::string_view more) {
-    if (more == "biased" || bias == "none") {
-      bias = more;
-    }
-  };
-  if (const IntegratorEntry* entry = find_integrator(settings.integrator)) {
-    add(entry->bias);
-  }
-  return bias;
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr ? entry->bias : "none";
 }
 
 bool halves_show_error(const RenderSettings& settings) {

@@ -93,7 +93,7 @@ inline bool accepts(const IntegratorEntry& integrator, std::string_view option) 
 /// Returns whether the integrator records this share besides the image.
 bool keeps_share(const IntegratorEntry& integrator, const LightShare& share);
 
-/// Returns the worst bias among the choices of the settings: "none", "consistent" or "biased".
+/// Returns the bias of the integrator; "none" if this build does not have it.
 std::string_view bias_of(const RenderSettings& settings);
 /// Returns whether the halves of an image show its error: it has no bias, and they are independent.
 bool halves_show_error(const RenderSettings& settings);

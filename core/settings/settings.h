@@ -1,4 +1,4 @@
-/// Render settings: plain values, validated by api::parse.
+/// Render settings: plain values; core/integrators/rules.h says what goes together.
 #pragma once
 
 #include <cstddef>

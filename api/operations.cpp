@@ -382,15 +382,24 @@ constexpr std::array kOperations = {
     Operation{
         "getFilm", "GET", "/v1/jobs/{id}/film", "Results", "Download the film (raw sample sums).",
         "Only for jobs that have ended. Little endian; `TSRFILM1`, u32 bytes of head, ledger and "
-        "text, u32 bytes of the text, u32 ranges, u32 flags (1: auxiliary values; 2: errors of "
-        "neighbours are correlated), i32 full width, full height, crop x, y, width, height, u32 "
-        "replicates, u32 tiles, u64 bytes of the file, sha256 of the content (hex). Then 24 bytes "
-        "per range of samples: u64 seed, u32 first replicate, replicates, samples, 0. Then the "
-        "text (JSON: spec, build, error, warnings), zeros up to a multiple of 8. Then the tiles: "
-        "i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 CPU seconds; for each pixel and "
-        "replicate f32 mean r, g, b, alpha, M2 of the luminance, u32 count; with flag 1 for each "
-        "pixel f32 albedo, normal, depth, u32 hits; with flags 8, 16 and 32 ids and mattes. "
-        "Finally the sha256 (hex) of everything before.",
+        "text, u32 bytes of the text, u32 ranges, u32 flags, i32 full width, full height, crop x, "
+        "y, width, height, u32 replicates, u32 tiles, u64 bytes of the file, sha256 of the content "
+        "(hex). Flags: 1 auxiliary values, 2 errors of neighbours are correlated, 4 splats, 8 "
+        "depths along the camera's axis, 16 mattes of objects, 32 of materials, 64 errors are of "
+        "the image over white, 128 first hits; from bit 8 on the number of shares of the light, in "
+        "the order of the spec's layers. Then 24 bytes per range of samples: u64 seed, u32 first "
+        "replicate, replicates, samples, 0. Then the text (JSON: spec, build, error, warnings), "
+        "zeros up to a multiple of 8. With flag 4 u64 light paths of each replicate, rejected "
+        "splats, rays of light paths. Then the tiles, of 32 x 32 pixels from the full film's "
+        "origin on, clipped to the crop: i32 x, y, u32 samples, 0, u64 rejected samples, rays, f64 "
+        "CPU seconds; for each pixel and replicate f32 mean r, g, b, alpha, M2 of the luminance, "
+        "u32 count; with flag 1 for each pixel f32 albedo, normal, depth, u32 hits; with flag 4 "
+        "for each pixel and replicate, and then the same for each share, i128 sums r, g, b of "
+        "splats in units of 2^-40; for each pixel, replicate and share f32 mean r, g, b; with flag "
+        "128 for each pixel u32 object, instance, material, primitive, f32 position, u, v, motion; "
+        "for each pixel and each of flags 16 and 32 six times u32 id, u32 samples of half A, of "
+        "half B; with flag 8 for each pixel f32 depth. Finally the sha256 (hex) of everything "
+        "before.",
         "read", kNoBody, kFilmAnswer, kFilmProblems, kNoQuery, kFileHeaders},
     Operation{
         "mergeFilms", "POST", "/v1/films/merge", "Results", "Merge films.",

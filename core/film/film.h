@@ -27,8 +27,8 @@
 #include "core/base/result.h"
 #include "core/color/rgb.h"
 #include "core/film/film_shape.h"
+#include "core/film/first_hit_pixel.h"
 #include "core/film/half_sums.h"
-#include "core/film/label_pixel.h"
 #include "core/film/meter_chunk.h"
 #include "core/film/replicate_fit.h"
 #include "core/film/replicate_pixel.h"
@@ -73,10 +73,9 @@ struct TileState {
   std::vector<ReplicateFit> fit;       ///< [pixel * R + replicate]; empty if nothing is fitted
   std::vector<Rgb> shares;  ///< means, [(pixel * R + replicate) * shares + share]; `pixels` has the
                             ///< counts
-  std::vector<LabelPixel> labels;  ///< [pixel]; empty if no label layer is recorded
-  std::vector<MattePixel> mattes;  ///< [pixel * MatteKinds::count() + kind]
-  std::vector<float>
-      z_depths;  ///< [pixel]; metres along the camera's axis, of the same hit as labels
+  std::vector<FirstHitPixel> first_hits;  ///< [pixel]; empty if no layer of them is recorded
+  std::vector<MattePixel> mattes;         ///< [pixel * MatteKinds::count() + kind]
+  std::vector<float> z_depths;  ///< [pixel]; metres along the camera's axis, of the same hits
   std::uint64_t rejected_samples = 0;  ///< non-finite samples, counted as zero
   std::uint64_t rays = 0;
   double cpu_seconds = 0;
@@ -112,7 +111,7 @@ struct FilmSnapshot {
   std::vector<AuxPixel> aux;
   std::vector<Rgb> shares;                ///< as in TileState
   std::vector<std::string> share_layers;  ///< layer names of `shares`
-  std::vector<LabelPixel> labels;
+  std::vector<FirstHitPixel> first_hits;
   std::vector<MattePixel> mattes;  ///< as in TileState
   std::vector<float> z_depths;     ///< as in TileState
   std::uint32_t revision = 0;

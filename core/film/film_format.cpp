@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <utility>
 
 #include "core/base/sha256.h"
@@ -196,52 +195,18 @@ Result<SampleLedger> read_ledger(Reader& reader, const Head& head) {
   return ledger;
 }
 
-/// Returns whether ids are in order and each has some of the samples.
-bool is_sane(const MattePixel& p, std::uint64_t samples) {
-  std::uint64_t hits = 0;
-  std::uint32_t last = 0;
-  for (const MatteRank& rank : p) {
-    const std::uint64_t here = std::uint64_t{rank.hits[0]} + rank.hits[1];
-    if (rank.id == 0 ? here != 0 : rank.id <= last || here == 0) {
-      return false;
-    }
-    hits += here;
-    last = rank.id == 0 ? ~0U : rank.id;
-  }
-  return hits <= samples;
-}
-
-/// Returns whether counts are within the ledger and values are possible for a renderer.
-bool is_sane(const TileState& state, const SampleLedger& ledger, std::vector<std::uint64_t>& most) {
-  std::size_t at = 0;
-  const auto ledger_replicates = std::accumulate(
-      ledger.begin(), ledger.end(), std::size_t{0}, [](std::size_t sum, const SampleRange& range) {
-        return sum + static_cast<std::size_t>(range.replicates);
-      });
-  for (std::size_t pixel = 0; at < state.pixels.size(); ++pixel) {
-    std::uint64_t all = 0;
+/// Raises `most`, of each range, to the samples that a pixel of the tile has in it.
+void count_samples(const TileState& state, const SampleLedger& ledger,
+                   std::vector<std::uint64_t>& most) {
+  for (std::size_t at = 0; at < state.pixels.size();) {
     for (std::size_t r = 0; r < ledger.size(); ++r) {
       std::uint64_t count = 0;
       for (int k = 0; k < ledger[r].replicates; ++k, ++at) {
-        if (!is_sane(state.pixels[at])) {
-          return false;
-        }
         count += state.pixels[at].count;
       }
       most[r] = std::max(most[r], count);
-      all += count;
-    }
-    const std::size_t kinds = state.mattes.size() * ledger_replicates / state.pixels.size();
-    const auto mattes = std::span(state.mattes).subspan(pixel * kinds, kinds);
-    if ((!state.aux.empty() && !is_sane(state.aux[pixel], all)) ||
-        (!state.labels.empty() && !is_sane(state.labels[pixel])) ||
-        (!state.z_depths.empty() && !std::isfinite(state.z_depths[pixel])) ||
-        !std::all_of(mattes.begin(), mattes.end(),
-                     [all](const MattePixel& p) { return is_sane(p, all); })) {
-      return false;
     }
   }
-  return true;
 }
 
 bool is_sane(const std::vector<SplatPixel>& tile) {
@@ -282,11 +247,10 @@ Status read_tiles(Reader& reader, Film& film, const SampleLedger& ledger) {
     state.cpu_seconds = head.cpu_seconds;
     if (head.x != state.rect.x || head.y != state.rect.y || head.zero != 0 ||
         !std::isfinite(head.cpu_seconds) || head.cpu_seconds < 0 || head.samples > kSamplesMax ||
-        !is_sane(state, ledger, most) ||
-        !std::all_of(state.shares.begin(), state.shares.end(),
-                     [](Rgb c) { return is_finite(c); })) {
+        !is_sane(state, static_cast<std::size_t>(film.replicates()))) {
       return refused("tile " + std::to_string(tile) + " contains invalid values");
     }
+    count_samples(state, ledger, most);
     if (state.samples > 0) {
       film.commit(tile, std::move(state));
     }

@@ -16,8 +16,8 @@
 ///
 /// Flags: 1 auxiliary values, 2 errors of neighbouring pixels are correlated, 4 splats,
 /// 8 depths along the camera's axis, 16 mattes of objects, 32 of materials, 64 errors are of the
-/// image over white, 128 labels; from bit 8 on the number of shares of the image's light, whose
-/// layers the text names.
+/// image over white, 128 first hits; from bit 8 on the number of shares of the image's light,
+/// whose layers the text names. api/operations.cpp publishes this layout.
 ///
 /// Ledger, 24 bytes per range:
 ///   u64 seed, u32 first replicate, u32 replicates, u32 samples, u32 0
@@ -31,7 +31,8 @@
 ///   equal share of the time for other work); then
 ///             each pixel and replicate      f32 mean r, g, b, alpha, M2 of luminance, u32 count
 ///   flag 1    each pixel                    f32 albedo r, g, b, normal x, y, z, depth, u32 hits
-///   flag 4    each pixel and replicate      i128 sums r, g, b of splats in units of 2^-40
+///   flag 4    each pixel and replicate,     i128 sums r, g, b of splats in units of 2^-40
+///             then the same for each share
 ///   shares    each pixel, replicate, share  f32 mean r, g, b
 ///   flag 128  each pixel                    u32 object, instance, material, primitive,
 ///                                           f32 position x, y, z, u, v, motion x, y

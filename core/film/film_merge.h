@@ -5,7 +5,7 @@
 /// without any arithmetic: parts with replicates 0 to 1 and 2 to 3 of a seed give, bit for bit, the
 /// film of a job with all four. The image weights replicates by their counts, never by their
 /// values. Auxiliary means cover all samples together; they are combined by hit counts and agree
-/// with those of one job up to rounding. Labels are taken from any part; counts of mattes are
+/// with those of one job up to rounding. First hits are taken from any part; counts of mattes are
 /// added.
 #pragma once
 

@@ -49,7 +49,7 @@ std::vector<PixelRect> tile_rects(PixelRect crop) {
 
 FilmShape::FilmShape(const FilmSettings& settings, int replicates, PixelErrors errors,
                      bool has_splats)
-    : crop_(settings.crop.value_or(PixelRect{0, 0, settings.width, settings.height})),
+    : crop_(settings.area()),
       full_width_(settings.width),
       full_height_(settings.height),
       replicates_(replicates),

@@ -22,8 +22,8 @@ struct MatteKinds {
 
 /// The optional parts of a film, which the settings ask for; rows in core/film/tile_planes.h.
 struct RecordedParts {
-  bool aux = false;     ///< albedo, normal or depth
-  bool labels = false;  ///< first-hit ids, position, texture coordinates or motion
+  bool aux = false;         ///< albedo, normal or depth
+  bool first_hits = false;  ///< first-hit ids, position, texture coordinates or motion
   bool object_mattes = false;
   bool material_mattes = false;
   bool z_depth = false;
@@ -52,7 +52,7 @@ class FilmShape {
   bool has_splats() const noexcept { return has_splats_; }
   bool has_fit() const noexcept { return fit_ != FitType::kNone; }
   const std::vector<LightShare>& shares() const noexcept { return shares_; }
-  bool has_labels() const noexcept { return recorded_.labels; }
+  bool has_first_hits() const noexcept { return recorded_.first_hits; }
   MatteKinds matte_kinds() const noexcept { return recorded_.matte_kinds(); }
   const std::vector<PixelRect>& tile_rects() const noexcept { return rects_; }
   int tile_count() const noexcept { return static_cast<int>(rects_.size()); }

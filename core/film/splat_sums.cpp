@@ -80,9 +80,7 @@ std::size_t SplatLayout::size(std::size_t tile) const noexcept {
 }
 
 SplatLayout splat_layout(const RenderSettings& settings, std::span<const PixelRect> tiles) {
-  const FilmSettings& film = settings.film;
-  return {film.crop.value_or(PixelRect{0, 0, film.width, film.height}), tiles, settings.replicates,
-          1 + film.shares.size()};
+  return {settings.film.area(), tiles, settings.replicates, 1 + settings.film.shares.size()};
 }
 
 void add_splats(const SplatLayout& layout, const LightBatch& light, SplatTiles& sums) {

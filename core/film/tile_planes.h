@@ -26,8 +26,8 @@ inline constexpr std::array kRecordedParts = {
         &RecordedParts::aux, 1U, 1U,
         [](const FilmSettings& settings) { return settings.has_aux(); },
         [](FilmSettings& settings) { settings.albedo = settings.normal = settings.depth = true; }},
-    RecordedPart{&RecordedParts::labels, 128U, 1U << 19U,
-                 [](const FilmSettings& settings) { return settings.has_labels(); },
+    RecordedPart{&RecordedParts::first_hits, 128U, 1U << 19U,
+                 [](const FilmSettings& settings) { return settings.has_first_hits(); },
                  [](FilmSettings& settings) { settings.object = true; }},
     RecordedPart{&RecordedParts::object_mattes, 16U, 1U << 17U,
                  [](const FilmSettings& settings) { return settings.object_mattes; },
@@ -120,9 +120,9 @@ inline constexpr std::tuple kTilePlanes = {
     TilePlane<Rgb>{&TileState::shares, &FilmSnapshot::shares,
                    [](const TileShape& shape) { return shape.replicates * shape.shares; }, true,
                    true},
-    TilePlane<LabelPixel>{&TileState::labels, &FilmSnapshot::labels,
-                          [](const TileShape& shape) { return std::size_t{shape.recorded.labels}; },
-                          true},
+    TilePlane<FirstHitPixel>{
+        &TileState::first_hits, &FilmSnapshot::first_hits,
+        [](const TileShape& shape) { return std::size_t{shape.recorded.first_hits}; }, true},
     TilePlane<MattePixel>{
         &TileState::mattes, &FilmSnapshot::mattes,
         [](const TileShape& shape) { return shape.recorded.matte_kinds().count(); }, true},
@@ -132,7 +132,7 @@ inline constexpr std::tuple kTilePlanes = {
 };
 static_assert(sizeof(ReplicatePixel) == 24 && sizeof(AuxPixel) == 32 && sizeof(PixelPlan) == 8 &&
                   sizeof(PilotPixel) == 32 && sizeof(ReplicateFit) == 48 && sizeof(Rgb) == 12 &&
-                  sizeof(LabelPixel) == 44 && sizeof(MattePixel) == 72,
+                  sizeof(FirstHitPixel) == 44 && sizeof(MattePixel) == 72,
               "files, messages and digests hold these as they are in memory");
 inline constexpr std::size_t kTilePlaneCount = std::tuple_size_v<decltype(kTilePlanes)>;
 

@@ -21,8 +21,8 @@ struct SurfacePoint {
   float tangent_sign = 1;
   int tangent_uv_set = -1;  ///< as in PrimitiveDescription
   /// A displacement d on the surface is dot(d, to_edge1) edges from vertex 0 to 1 plus dot(d,
-  /// to_edge2) edges from 0 to 2; uv_edges are these edges in texture coordinates. Zero unless the
-  /// material has a texture.
+  /// to_edge2) edges from 0 to 2; uv_edge1 and uv_edge2 are these edges in texture coordinates.
+  /// Zero unless the material has a texture.
   Vec3 to_edge1;
   Vec3 to_edge2;
   std::array<Vec2, 2> uv_edge1;

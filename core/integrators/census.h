@@ -12,11 +12,11 @@
 /// Camera rays, one per square of spacing_px() pixels, follow smooth surfaces to diffuse ones, the
 /// points; disks around them have that radius. A particle adds to the picture what its power within
 /// the disk around a point would be seen as there, with the surface's diffuse albedo (Jensen 1996;
-/// the disks: core/integrators /photon_mapping). Its light in a tile is counted as a hit with the
-/// probability (light / unit of the tile); so hits times the unit over the number of particles is
-/// the tile's mean luminance. If its light is above the unit, it counts more than once. Units are
-/// the largest sums of light at any point. Light that only narrow lobes scatter, or that leaves a
-/// light directly to the camera, is not counted.
+/// the disks: core/integrators/maps/photon_mapping.cpp). Its light in a tile is counted as a hit
+/// with the probability (light / unit of the tile); so hits times the unit over the number of
+/// particles is the tile's mean luminance. If its light is above the unit, it counts more than
+/// once. Units are the largest sums of light at any point. Light that only narrow lobes scatter, or
+/// that leaves a light directly to the camera, is not counted.
 ///
 /// Every second particle is held out: it also counts in units of the picture, for a bound on all
 /// regions together in which the others met nothing.

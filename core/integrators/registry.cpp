@@ -156,11 +156,12 @@ constexpr std::array kIntegrators = {
         .prepass_bytes = &cache_bytes,
         .keeps_prepass = true,
         .compared_with = "path"},
-    // Replaced before an image is started (core/render/task/choose_integrator.h); has the memory
-    // needs of all candidates.
+    // Replaced before an image is started (core/render/task/choose_integrator.h); its film has room
+    // for that of each candidate.
     IntegratorEntry{.name = kAutomaticIntegrator,
-                    .summary = "path, bdpt or, without an error target, sppm, whichever is most "
-                               "efficient in small pilot images; the job reports which, and why.",
+                    .summary = "path, bdpt or, without an error target, sppm or path-caustics, "
+                               "whichever is most efficient in small pilot images; the job "
+                               "reports which, and why.",
                     .bias = "none",
                     .error = ErrorValidity::kValid,
                     .make = MADE_BY(make_path_tracer),
@@ -217,17 +218,27 @@ RenderSettings with_caustics(const RenderSettings& settings) {
   return out;
 }
 
-std::string_view bias_of(const RenderSettings& settings) {
-  std::string_view bias = "none";
-  const auto add = [&bias](std::string_view more) {
-    if (more == "biased" || bias == "none") {
-      bias = more;
-    }
-  };
-  if (const IntegratorEntry* entry = find_integrator(settings.integrator)) {
-    add(entry->bias);
+std::vector<std::string_view> candidates_of(const RenderSettings& settings, bool has_error_target) {
+  if (settings.integrator == kAutomaticIntegrator) {
+    // Biased images have no shares of light and no meter.
+    const bool may_be_biased =
+        !has_error_target && settings.film.shares.empty() && settings.meter.empty();
+    return may_be_biased
+               ? std::vector<std::string_view>{"path", "bdpt", "sppm", kCausticsIntegrator}
+               : std::vector<std::string_view>{"path", "bdpt"};
   }
-  return bias;
+  const IntegratorEntry* row = find_integrator(with_caustics(settings).integrator);
+  if (row == nullptr) {
+    return {};
+  }
+  return row->name == kCausticsIntegrator && settings.caustics == CausticsType::kAuto
+             ? std::vector<std::string_view>{"path", row->name}
+             : std::vector<std::string_view>{row->name};
+}
+
+std::string_view bias_of(const RenderSettings& settings) {
+  const IntegratorEntry* entry = find_integrator(settings.integrator);
+  return entry != nullptr ? entry->bias : "none";
 }
 
 bool halves_show_error(const RenderSettings& settings) {

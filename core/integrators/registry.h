@@ -54,7 +54,8 @@ struct IntegratorEntry {
   /// Sets defaults that differ from those of RenderSettings; null if there are none.
   void (*set_defaults)(RenderSettings& settings) = nullptr;
 };
-/// Replaced by the row that choose_integrator() picks (core/render/task/choose_integrator.h).
+/// Replaced by one of candidates_of() that choose_integrator() picks
+/// (core/render/task/choose_integrator.h).
 inline constexpr std::string_view kAutomaticIntegrator = "auto";
 /// Replaces `path` if it traces photons (core/render/task/choose_integrator.h).
 inline constexpr std::string_view kCausticsIntegrator = "path-caustics";
@@ -70,6 +71,10 @@ inline const IntegratorEntry& row_of(std::span<const IntegratorEntry> rows, std:
   CHECK(row != rows.end());
   return *row;
 }
+/// Returns the integrators of which one renders a job with these settings: several if one is chosen
+/// by pilots, path first and path-caustics last. Empty if this build has no such integrator.
+/// has_error_target: `auto` then chooses none that is biased.
+std::vector<std::string_view> candidates_of(const RenderSettings& settings, bool has_error_target);
 /// Returns the options that at least one integrator accepts.
 std::vector<std::string_view> integrator_options();
 
@@ -88,7 +93,7 @@ inline bool accepts(const IntegratorEntry& integrator, std::string_view option) 
 /// Returns whether the integrator records this share besides the image.
 bool keeps_share(const IntegratorEntry& integrator, const LightShare& share);
 
-/// Returns the worst bias among the choices of the settings: "none", "consistent" or "biased".
+/// Returns the bias of the integrator; "none" if this build does not have it.
 std::string_view bias_of(const RenderSettings& settings);
 /// Returns whether the halves of an image show its error: it has no bias, and they are independent.
 bool halves_show_error(const RenderSettings& settings);

@@ -261,7 +261,7 @@ class Walk {
   /// A crop must be inside the film.
   void crop() {
     const FilmSettings& film = job_.settings.film;
-    const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
+    const PixelRect crop = film.area();
     const auto check = [this](const std::string& axis, std::int64_t first, std::int64_t count,
                               int size, const std::string& side) {
       if (first < 0 || count < 1 || first + count > size) {

@@ -63,19 +63,19 @@ void write_variance(const FilmSnapshot& film, std::size_t i, float* out) {
 }
 template <auto kMember>
 void write_id(const FilmSnapshot& film, std::size_t i, float* out) {
-  *out = static_cast<float>(film.labels[i].*kMember);
+  *out = static_cast<float>(film.first_hits[i].*kMember);
 }
 void write_position(const FilmSnapshot& film, std::size_t i, float* out) {
-  const Vec3 p = film.labels[i].position;
+  const Vec3 p = film.first_hits[i].position;
   put(out, {p.x, p.y, p.z});
 }
 void write_z_depth(const FilmSnapshot& film, std::size_t i, float* out) { *out = film.z_depths[i]; }
 void write_uv(const FilmSnapshot& film, std::size_t i, float* out) {
-  const Vec2 uv = film.labels[i].uv;
+  const Vec2 uv = film.first_hits[i].uv;
   put(out, {uv.x, uv.y, 0});
 }
 void write_motion(const FilmSnapshot& film, std::size_t i, float* out) {
-  const Vec2 motion = film.labels[i].motion;
+  const Vec2 motion = film.first_hits[i].motion;
   put(out, {motion.x, motion.y, 0});
 }
 
@@ -160,7 +160,7 @@ void fill_denoised_beauty(const FilmSnapshot& film, const DenoisedInput& denoise
 }
 
 bool has_aux(const FilmSnapshot& film) { return film.recorded.aux; }
-bool has_labels(const FilmSnapshot& film) { return film.recorded.labels; }
+bool has_first_hits(const FilmSnapshot& film) { return film.recorded.first_hits; }
 
 /// Two ranks per layer of four channels.
 constexpr std::string_view kMatteChannels = "RGBARGBARGBA";
@@ -208,10 +208,10 @@ constexpr std::array kLayers = {
         .is_color = false,
         .channels = "Y",
         .exr_channels = "Y",
-        .fill = &fill<&write_id<&LabelPixel::object>>,
+        .fill = &fill<&write_id<&FirstHitPixel::object>>,
         .has_value = true,
         .recorded = &FilmSettings::object,
-        .is_held = &has_labels,
+        .is_held = &has_first_hits,
         .form = LayerForm::kIds},
     LayerEntry{
         .name = "instance",
@@ -219,20 +219,20 @@ constexpr std::array kLayers = {
         .is_color = false,
         .channels = "Y",
         .exr_channels = "Y",
-        .fill = &fill<&write_id<&LabelPixel::instance>>,
+        .fill = &fill<&write_id<&FirstHitPixel::instance>>,
         .has_value = true,
         .recorded = &FilmSettings::instance,
-        .is_held = &has_labels,
+        .is_held = &has_first_hits,
         .form = LayerForm::kIds},
     LayerEntry{.name = "material",
                .summary = "Id of the material there: 1 + its index.",
                .is_color = false,
                .channels = "Y",
                .exr_channels = "Y",
-               .fill = &fill<&write_id<&LabelPixel::material>>,
+               .fill = &fill<&write_id<&FirstHitPixel::material>>,
                .has_value = true,
                .recorded = &FilmSettings::material,
-               .is_held = &has_labels,
+               .is_held = &has_first_hits,
                .form = LayerForm::kIds},
     LayerEntry{
         .name = "primitive",
@@ -241,10 +241,10 @@ constexpr std::array kLayers = {
         .is_color = false,
         .channels = "Y",
         .exr_channels = "Y",
-        .fill = &fill<&write_id<&LabelPixel::primitive>>,
+        .fill = &fill<&write_id<&FirstHitPixel::primitive>>,
         .has_value = true,
         .recorded = &FilmSettings::primitive,
-        .is_held = &has_labels,
+        .is_held = &has_first_hits,
         .form = LayerForm::kIds},
     LayerEntry{.name = "position",
                .summary = "Position of the hit: world space, metres.",
@@ -254,7 +254,7 @@ constexpr std::array kLayers = {
                .fill = &fill<&write_position>,
                .has_value = true,
                .recorded = &FilmSettings::position,
-               .is_held = &has_labels},
+               .is_held = &has_first_hits},
     LayerEntry{.name = "uv",
                .summary = "First set of texture coordinates there; the third channel is 0.",
                .is_color = false,
@@ -263,7 +263,7 @@ constexpr std::array kLayers = {
                .fill = &fill<&write_uv>,
                .has_value = true,
                .recorded = &FilmSettings::uv,
-               .is_held = &has_labels},
+               .is_held = &has_first_hits},
     LayerEntry{.name = "motion",
                .summary = "Motion vector in pixels, to the right and up, from now until "
                           "motion_seconds later; the third channel is 0.",
@@ -273,7 +273,7 @@ constexpr std::array kLayers = {
                .fill = &fill<&write_motion>,
                .has_value = true,
                .recorded = &FilmSettings::motion,
-               .is_held = &has_labels},
+               .is_held = &has_first_hits},
     LayerEntry{.name = "z_depth",
                .summary = "Distance along the camera's axis to the hit there, metres; negative "
                           "behind, where fisheyes and panoramas see.",

@@ -1,4 +1,5 @@
-/// A job's camera: plain values, validated by api::parse and core/camera/camera_choice.h.
+/// A job's camera: plain values; core/integrators/rules.h says what goes together, and
+/// core/camera/camera_choice.h which members a type of camera has.
 #pragma once
 
 #include <array>

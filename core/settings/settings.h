@@ -1,4 +1,4 @@
-/// Render settings: plain values, validated by api::parse.
+/// Render settings: plain values; core/integrators/rules.h says what goes together.
 #pragma once
 
 #include <cstddef>
@@ -77,8 +77,10 @@ struct FilmSettings {
   /// Errors are those of the image over white (radiance 1), for images with noise in alpha.
   bool errors_over_white = false;
 
+  /// Returns the pixels that are rendered: the crop, or all.
+  PixelRect area() const noexcept { return crop.value_or(PixelRect{0, 0, width, height}); }
   bool has_aux() const noexcept { return albedo || normal || depth; }
-  bool has_labels() const noexcept {
+  bool has_first_hits() const noexcept {
     return object || instance || material || primitive || position || uv || motion;
   }
 };

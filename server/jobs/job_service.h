@@ -1,9 +1,10 @@
 /// JobService: jobs from submission to deletion, as the routes use them.
 ///
-/// Its parts, each with its own header: Journal (changes, commits, publishes), JobIndex (finds and
-/// lists), FilmLibrary (cache, readers, eviction), RunBuilder (inputs of a job), Submissions
-/// (checks new jobs and stores them), LifeCycle (queue to end). This class decides what clients may
-/// change.
+/// Its parts, each with its own header: JobBook (known, waiting and running jobs, and their
+/// memory), Journal (changes, commits, publishes), JobIndex (finds and lists), FilmLibrary (cache,
+/// readers, eviction), RunBuilder (inputs of a job), Scheduler (render threads), Submissions
+/// (checks new jobs and stores them), LifeCycle (queue to end), WorkBoard (units for other
+/// machines). This class decides what clients may change.
 #pragma once
 
 #include <cstdint>

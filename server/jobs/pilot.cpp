@@ -36,10 +36,6 @@ int whole_sets(const core::RenderSettings& settings) {
   return core::rounded_samples(settings, kSamples);
 }
 
-core::PixelRect crop_of(const core::FilmSettings& film) {
-  return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
-}
-
 double pixels_of(const core::PixelRect& rect) {
   return static_cast<double>(rect.width) * static_cast<double>(rect.height);
 }
@@ -76,7 +72,7 @@ PathCost path_cost(const core::Film& film) {
 
 api::JobSpec pilot_spec(api::JobSpec spec) {
   core::FilmSettings& film = spec.render.film;
-  const core::PixelRect crop = crop_of(film);
+  const core::PixelRect crop = film.area();
   const double factor = std::min(1.0, std::sqrt(kPixels / pixels_of(crop)));
   film.width = scaled(film.width, factor);
   film.height = scaled(film.height, factor);
@@ -168,7 +164,7 @@ api::CostView Pilot::estimate(const api::JobSpec& spec, int threads, int samples
     samples = needed(progress.error.high, exponent);
   }
   const PathCost cost = path_cost(*film_);
-  const double pixels = pixels_of(crop_of(spec.render.film)) +
+  const double pixels = pixels_of(spec.render.film.area()) +
                         static_cast<double>(spec.render.meter.count()) * core::kMeterReplicates;
   api::CostView out;
   out.samples_per_pixel = std::min(samples, most);

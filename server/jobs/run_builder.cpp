@@ -31,20 +31,25 @@ namespace {
 /// a time, with the numbers of two subpaths, below 1 MB at the greatest depth.
 constexpr std::uint64_t kWorkBytes = std::uint64_t{4} << 20U;
 
-/// Returns the settings with the greatest needs: `auto` may choose sppm if the job has no error
-/// target, and path photons of caustics.
-core::RenderSettings largest_settings(const api::JobSpec& spec) {
-  core::RenderSettings out = core::with_caustics(spec.render);
-  if (out.integrator == core::kAutomaticIntegrator && !spec.stop.has_error_target()) {
-    out.integrator = "sppm";
+/// Returns the most that an integrator takes that may render the job. bytes_of(settings): with that
+/// integrator.
+template <typename BytesOf>
+std::uint64_t most_bytes(const api::JobSpec& spec, const BytesOf& bytes_of) {
+  core::RenderSettings settings = spec.render;
+  settings.caustics = core::CausticsType::kOff;
+  std::uint64_t most = 0;
+  for (const auto name : core::candidates_of(spec.render, spec.stop.has_error_target())) {
+    settings.integrator = name;
+    most = std::max<std::uint64_t>(most, bytes_of(settings));
   }
-  return out;
+  return most;
 }
 
 std::uint64_t bytes_of_prepass(const api::JobSpec& spec) {
-  const core::RenderSettings settings = largest_settings(spec);
-  const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
-  return row != nullptr && row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
+  return most_bytes(spec, [](const core::RenderSettings& settings) {
+    const core::IntegratorEntry* row = core::find_integrator(settings.integrator);
+    return row->prepass_bytes != nullptr ? row->prepass_bytes(settings) : 0;
+  });
 }
 
 std::uint64_t work_bytes(const core::FilmShape& film) {
@@ -72,7 +77,8 @@ struct MemoryPart {
 MemoryPart prepass_part(const api::JobSpec& spec) {
   const std::uint64_t bytes = bytes_of_prepass(spec);
   if (spec.render.integrator == core::kAutomaticIntegrator) {
-    return {bytes, "/integrator/type", "photons, should sppm be chosen", "Choose path or bdpt"};
+    return {bytes, "/integrator/type", "photons, should sppm or path-caustics be chosen",
+            "Choose path or bdpt"};
   }
   const core::IntegratorEntry* row =
       core::find_integrator(core::with_caustics(spec.render).integrator);
@@ -142,7 +148,7 @@ Admission RunBuilder::admission_of(const api::JobSpec& spec) const {
   Admission admission{.rank = rank_of(spec),
                       .memory = {.film_bytes = film.bytes(),
                                  .work_bytes = work_bytes(film) + bytes_of_prepass(spec) +
-                                               core::reference_bytes(largest_settings(spec)) +
+                                               most_bytes(spec, &core::reference_bytes) +
                                                core::made_environment_bytes(spec.environment)},
                       .film_file_bytes = FilmFile::disk_bytes_max(film)};
   add_shared(spec, {}, admission.memory);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <random>
 #include <utility>
 
 #include "core/render/units/result_size.h"
@@ -55,7 +56,7 @@ WorkBoard::WorkBoard(std::shared_ptr<queue::UnitQueue> queue, Scheduler& schedul
       options_(std::move(options)),
       calls_(std::move(calls)),
       planner_(scheduler, make_uuid().substr(0, 8)),
-      table_(options_, log),
+      table_(options_, log, std::random_device()()),
       own_(1, 1, Background::Priority::kOfRendering),
       thread_([this](const std::stop_token& stop) { run(stop); }) {
   scheduler_.on_add([this] {

@@ -45,12 +45,12 @@ VisibleIds seen_ids(const core::Film& film) {
   VisibleIds out;
   for (int tile = 0; tile < film.tile_count(); ++tile) {
     const core::TileState state = film.tile(tile);
-    auto label = state.labels.begin();
+    auto hit = state.first_hits.begin();
     for (int y = state.rect.y; y < state.rect.y + state.rect.height; ++y) {
-      for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++label) {
-        if (label->object != 0) {
-          add(out.objects, label->object, label->object, x, y);
-          add(out.instances, label->instance, label->object, x, y);
+      for (int x = state.rect.x; x < state.rect.x + state.rect.width; ++x, ++hit) {
+        if (hit->object != 0) {
+          add(out.objects, hit->object, hit->object, x, y);
+          add(out.instances, hit->instance, hit->object, x, y);
         }
       }
     }
@@ -108,7 +108,7 @@ core::Result<api::ObjectsView> ObjectsMaker::make(const core::Film& film, const 
   api::ObjectsView out;
   out.camera = viewpoint_of(*camera, view.camera.distortion, width, height);
   out.camera.origin = summary.origin;
-  out.has_ids = film.has_labels();
+  out.has_ids = film.has_first_hits();
   const VisibleIds seen = out.has_ids ? seen_ids(film) : VisibleIds{};
   std::set<std::uint32_t> instances;
   std::string key = api::sight_key(spec);

@@ -155,8 +155,7 @@ constexpr double kMadeFirstPixels = 100e6;
 double pixels_of(const std::vector<JobPointer>& jobs) {
   double pixels = 0;
   for (const JobPointer& job : jobs) {
-    const core::FilmSettings film = job->record().view.spec.render.film;
-    const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+    const core::PixelRect crop = job->record().view.spec.render.film.area();
     pixels += static_cast<double>(crop.width) * crop.height;
   }
   return pixels;

@@ -15,6 +15,7 @@
 #include "api/requests.h"
 #include "core/base/check.h"
 #include "core/film/film_format.h"
+#include "core/film/tile_planes.h"
 #include "core/integrators/registry.h"
 #include "server/http/conditional.h"
 #include "server/http/file_response.h"
@@ -83,11 +84,10 @@ core::Result<Source> film_of_job(const RouteContext& context, const Job& job,
 bool speaks_of(const api::JobSpec& spec, const core::FilmPart& part) {
   const core::Film& film = *part.film;
   const core::FilmSettings& settings = spec.render.film;
-  const core::PixelRect whole = {0, 0, settings.width, settings.height};
   const core::SampleRange& first = part.ledger.front();
   return settings.width == film.full_width() && settings.height == film.full_height() &&
-         settings.crop.value_or(whole) == film.crop() &&
-         spec.render.replicates == film.replicates() && settings.has_aux() == film.has_aux() &&
+         settings.area() == film.crop() && spec.render.replicates == film.replicates() &&
+         core::parts_asked_for(settings) == film.recorded() &&
          settings.shares.size() == film.shares().size() &&
          core::pixel_errors(spec.render) == film.errors() && spec.render.seed == first.seed &&
          spec.render.first_replicate == first.first_replicate;
@@ -133,12 +133,7 @@ core::Result<std::uint64_t> film_bytes(const RouteContext& context, const std::s
     if (!job) {
       return job.error();
     }
-    const core::RenderSettings settings = (*job)->record().view.spec.render;
-    const core::PixelRect rect = settings.film.crop.value_or(
-        core::PixelRect{0, 0, settings.film.width, settings.film.height});
-    return static_cast<std::uint64_t>(rect.width) * static_cast<std::uint64_t>(rect.height) *
-           (static_cast<std::uint64_t>(settings.replicates) * sizeof(core::ReplicatePixel) +
-            (settings.film.has_aux() ? sizeof(core::AuxPixel) : 0));
+    return core::film_shape((*job)->record().view.spec.render).bytes();
   }
   const auto bytes = context.assets.find(id, access);
   if (!bytes) {

@@ -44,10 +44,6 @@ std::string picture_etag(const api::JobView& view, const core::ImageFormat& form
                    core::sha256_hex(text.data(), text.size()).substr(0, 16));
 }
 
-core::PixelRect crop_of(const core::FilmSettings& film) {
-  return film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
-}
-
 core::Result<EncodedPicture> stored_look(const RouteContext& context, const Job& job,
                                          const std::string& key) {
   auto look = read_first_image(context.data.first_images_path(job.id()), key);
@@ -194,7 +190,7 @@ void set_error(const api::JobView& view, const std::optional<api::DenoisedView>&
 Response picture_answer(const RouteContext& context, const Request& request, const JobPointer& job,
                         const core::ImageFormat& format, const api::ImageQuery& query) {
   const api::JobView view = context.jobs.view(*job);
-  const core::PixelRect crop = crop_of(view.spec.render.film);
+  const core::PixelRect crop = view.spec.render.film.area();
   const core::PixelRect rect = query.rect.value_or(crop);
   if (const auto refused = refused_part(rect, crop)) {
     return error_answer(request, *refused);

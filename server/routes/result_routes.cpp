@@ -159,8 +159,7 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
   if (const auto refused = refused_look(*format, query)) {
     return error_answer(request, *refused);
   }
-  const core::FilmSettings film = job->record().view.spec.render.film;
-  const core::PixelRect crop = film.crop.value_or(core::PixelRect{0, 0, film.width, film.height});
+  const core::PixelRect crop = job->record().view.spec.render.film.area();
   if (const auto refused = refused_part(query.rect.value_or(crop), crop)) {
     return error_answer(request, *refused);
   }

@@ -9,8 +9,8 @@
 /// worker is left to render or verify a unit, the coordinator renders it. The worker whose result
 /// differs from the coordinator's is suspended until it is restarted: a worker has another id then.
 ///
-/// It has no threads, no lock and no clock: each call is given the time, and the caller locks
-/// (WorkBoard).
+/// It has no threads, no lock, no clock and no chance of its own: it is given a seed, each call is
+/// given the time, and the caller locks (WorkBoard).
 #pragma once
 
 #include <cstdint>
@@ -56,8 +56,10 @@ class LeaseTable {
     bool has_broker = false;      ///< Set by WorkBoard.
   };
 
-  /// options and log must outlive it.
-  LeaseTable(const WorkOptions& options, Log& log) : options_(options), log_(log) {}
+  /// options and log must outlive it. seed: draws the units that are verified; workers must not
+  /// know it.
+  LeaseTable(const WorkOptions& options, Log& log, std::uint64_t seed)
+      : options_(options), log_(log), chance_(seed) {}
 
   /// Time between two reports of a worker.
   double report_seconds() const;
@@ -194,7 +196,7 @@ class LeaseTable {
   std::set<std::string> suspended_;  ///< Also those that are silent.
   std::set<std::string> to_report_;
   Counts counts_;
-  std::mt19937_64 chance_{std::random_device()()};
+  std::mt19937_64 chance_;
 };
 
 }  // namespace server

@@ -367,6 +367,8 @@ class Films(FilmTest):
         newer = b"TSRFILM2" + data[8:]
         text = data.replace(b'"max_depth":16', b'"max_depth":"x"'[:14])
         other = data.replace(b'"width":48', b'"width":47')
+        ids = self.film(self.server.render(part(film=job_body()["film"] | {"layers": ["object"]})))
+        unasked = ids.body.replace(b'["object"]', b"[]" + b" " * 8)
         seed = bytearray(data)
         struct.pack_into("<Q", seed, 128, 7)
         infinite = bytearray(data)
@@ -386,6 +388,7 @@ class Films(FilmTest):
             ("newer", sealed(newer), "film"),
             ("garbled", sealed(text), "text"),
             ("other", sealed(other), "another film"),
+            ("unasked", sealed(unasked), "another film"),
             ("seed", sealed(seed), "another film"),
             ("infinite", sealed(infinite), "tile 0"),
             ("many", sealed(many), "tile 0"),
@@ -426,14 +429,20 @@ class FilmMemory(FilmTest):
 
     def test_refuses_films_that_need_too_much_memory_before_allocation(self):
         first = self.server.submit(part(samples=65536) | {"priority": 1})
-        film = {"width": 8192, "height": 7800}
-        ids = [self.server.submit(part(first=2 * i, film=film))["id"] for i in range(2)]
-        self.server.post(f"/v1/jobs/{ids[0]}/cancel")
         limit = self.server.get("/v1/server").json()["limits"]["film_bytes"]
-        self.assertGreater(8192 * 7800 * (2 * 24 + 32) * 2, limit)
-        problem = self.assert_problem(self.merge(*ids), 413, "/films/0")
-        self.assertIn(str(limit), problem["errors"][0]["detail"])
-        self.assertEqual(self.server.job(ids[1])["state"], "queued")
+        # Bytes of a pixel: of two replicates, and of auxiliary values or of mattes.
+        for layers, width, height, bytes_of_pixel, where in (
+            (["normal"], 8192, 7800, 2 * 24 + 32, 0),
+            (["cryptomatte:object"], 5120, 4000, 2 * 24 + 72, 1),
+        ):
+            film = {"width": width, "height": height, "layers": layers}
+            ids = [self.server.submit(part(first=2 * i, film=film))["id"] for i in range(2)]
+            self.server.post(f"/v1/jobs/{ids[0]}/cancel")
+            self.assertGreater(width * height * bytes_of_pixel * (where + 1), limit)
+            self.assertLess(width * height * bytes_of_pixel * where, limit)
+            problem = self.assert_problem(self.merge(*ids), 413, f"/films/{where}")
+            self.assertIn(str(limit), problem["errors"][0]["detail"])
+            self.assertEqual(self.server.job(ids[1])["state"], "queued")
         self.server.post(f"/v1/jobs/{first['id']}/cancel")
 
 

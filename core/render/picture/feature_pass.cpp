@@ -148,7 +148,7 @@ Result<std::optional<FeaturePicture>> feature_pass(const View& view, const Paral
                   {static_cast<float>(film.width), static_cast<float>(film.height)},
                   view.settings.shutter_seconds > 0);
   const FilterSampler filter(film.filter);
-  const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
+  const PixelRect crop = film.area();
   FeaturePicture out = FeaturePicture::blank(crop.width, crop.height);
   out.samples = samples;
   out.has_fog = view.settings.fog.has_value();

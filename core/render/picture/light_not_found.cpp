@@ -169,8 +169,7 @@ std::string reason_of(const LightCensus& census, const View& view,
 }  // namespace
 
 int census_particles(const RenderSettings& settings, int samples) {
-  const FilmSettings& film = settings.film;
-  const PixelRect crop = film.crop.value_or(PixelRect{0, 0, film.width, film.height});
+  const PixelRect crop = settings.film.area();
   const double wanted =
       static_cast<double>(crop.width) * crop.height * samples / kSamplesPerParticle;
   const auto count = static_cast<int>(std::clamp<double>(wanted, kParticlesLeast, kParticlesMost));

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/accel/accel.h"
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 #include "core/camera/moving_camera.h"
 
 namespace core {
@@ -21,13 +21,11 @@ struct Sight {
 };
 
 Result<Sight> sight_of(const View& view) {
-  const FilmSettings& film = view.settings.film;
   auto camera = camera_of(view);
   if (!camera) {
     return camera.error();
   }
-  return Sight{view.scene->data(), camera->first(),
-               film.crop.value_or(PixelRect{0, 0, film.width, film.height})};
+  return Sight{view.scene->data(), camera->first(), view.settings.film.area()};
 }
 
 struct PixelHit {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/accel/accel.h"
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 #include "core/aovs/motion.h"
 #include "core/base/check.h"
 #include "core/base/cpu_time.h"
@@ -94,10 +94,9 @@ class PictureRenderer final : public Renderer {
   bool gather(TileState& state, const Prepass& pass, std::stop_token stop) const override;
   std::unique_ptr<LightCensus> start_census() const override {
     prepare_tracing_thread();
-    const FilmSettings& film = view_.settings.film;
     return std::make_unique<LightCensus>(
         IntegratorInput{view_.scene->data(), view_.environment.get(), view_.settings, &camera_},
-        tile_rects(film.crop.value_or(PixelRect{0, 0, film.width, film.height})));
+        tile_rects(view_.settings.film.area()));
   }
   bool render_meter(int chunk, MeterChunk& state, int last_sample,
                     std::stop_token stop) const override {
@@ -305,7 +304,7 @@ bool PictureRenderer::render(TileState& state, int last_sample, std::stop_token 
   const std::unique_ptr<GroupTracer> groups = planned_.integrator->make_group_tracer();
   const int first_sample = state.samples;
   if (first_sample == 0) {
-    put_labels(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
+    put_first_hits(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
   }
   bool whole = false;
   if (groups != nullptr) {
@@ -374,7 +373,7 @@ bool PictureRenderer::gather(TileState& state, const Prepass& pass, std::stop_to
   const FillRule rule = {settings.replicates, plan_step(settings), fit_type(settings),
                          settings.light_history};
   if (state.samples == 0) {
-    put_labels(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
+    put_first_hits(state, view_.scene->data(), camera_, motion_ ? &*motion_ : nullptr);
   }
   bool whole = fill_tile(state, rule, first_sample + 1, stop, [&](int x, int y, int s) {
     const Start from = start(sampler, x, y, s);

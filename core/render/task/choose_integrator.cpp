@@ -344,10 +344,6 @@ Result<PilotFigures> run_pilot(View small, const Candidate& candidate, Variance 
   return figures;
 }
 
-bool may_be_biased(const View& view, bool has_error_target) {
-  return !has_error_target && view.settings.film.shares.empty() && view.settings.meter.empty();
-}
-
 std::string text_of(const PilotChoice& choice) {
   std::string efficiencies;
   std::string advantages;
@@ -437,15 +433,14 @@ Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
   if (const std::string why = without_pilot(view); !why.empty()) {
     return PilotChoice{"path", "'path', since " + why, {}};
   }
-  std::vector<std::string_view> candidates = {"path", "bdpt"};
-  if (may_be_biased(view, has_error_target)) {
-    candidates.push_back("sppm");
+  std::vector<std::string_view> candidates = candidates_of(view.settings, has_error_target);
+  if (candidates.back() == kCausticsIntegrator) {
     const auto caustics = visible_caustics(view);
     if (!caustics) {
       return caustics.error();
     }
-    if (*caustics > kCausticsLeast) {
-      candidates.push_back(kCausticsIntegrator);
+    if (*caustics <= kCausticsLeast) {
+      candidates.pop_back();
     }
   }
   return choose_among(trials_of(view, candidates), Variance::kAgainstAll, stop);

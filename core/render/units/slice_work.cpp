@@ -151,11 +151,6 @@ bool take_arrays(Reader& reader, const SliceHead& slice, TileState& s) {
   return whole;
 }
 
-bool is_sane(const ReplicateFit& f) {
-  return std::isfinite(f.n) && std::isfinite(f.x) && std::isfinite(f.xx) && is_finite(f.y) &&
-         is_finite(f.xy) && is_finite(f.coefficient);
-}
-
 /// Returns whether every half of every pixel has the number of samples in the plan, or the uniform
 /// one.
 bool has_counts(const TileState& state, const RenderSettings& settings) {
@@ -176,9 +171,6 @@ bool has_counts(const TileState& state, const RenderSettings& settings) {
       if (has[static_cast<std::size_t>(half)] != want) {
         return false;
       }
-    }
-    if (!state.aux.empty() && !is_sane(state.aux[pixel], has[0] + has[1])) {
-      return false;
     }
   }
   return true;
@@ -226,8 +218,7 @@ Status check_light(const SliceWork& given, const SliceWork& done, bool is_first,
 }
 
 Status check_sums(const RenderSettings& settings, const std::string& sums, std::uint64_t paths) {
-  const PixelRect all = {0, 0, settings.film.width, settings.film.height};
-  const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
+  const std::vector<PixelRect> tiles = tile_rects(settings.film.area());
   return are_sums_of(splat_layout(settings, tiles), sums, paths)
              ? ok_status()
              : Status(refused("its splat sums are invalid"));
@@ -265,19 +256,12 @@ Status check_tile(const SliceWork& given, const RenderSettings& settings, SliceW
                    " does not match the requested slice");
   }
   after.plan = before.plan;
-  const auto all = [](const auto& values, const auto& test) {
-    return std::all_of(values.begin(), values.end(), test);
-  };
-  const bool is_pilot_sane = all(after.pilot, [&](const PilotPixel& p) {
-    return is_finite(p.mean) && is_finite(p.m2) && std::isfinite(p.rays) &&
-           p.count == static_cast<std::uint32_t>(after.pilot_samples);
-  });
-  if (!is_pilot_sane || !has_counts(after, settings) ||
-      !all(after.pixels, [](const ReplicatePixel& p) { return is_sane(p); }) ||
-      !all(after.fit, [](const ReplicateFit& f) { return is_sane(f); }) ||
-      !all(after.shares, [](Rgb c) { return is_finite(c); }) ||
-      !all(after.labels, [](const LabelPixel& p) { return is_sane(p); }) ||
-      !all(after.z_depths, [](float z) { return std::isfinite(z); }) ||
+  const bool has_all_pilots =
+      std::all_of(after.pilot.begin(), after.pilot.end(), [&](const PilotPixel& p) {
+        return p.count == static_cast<std::uint32_t>(after.pilot_samples);
+      });
+  if (!has_all_pilots || !has_counts(after, settings) ||
+      !is_sane(after, static_cast<std::size_t>(settings.replicates)) ||
       !has_gone_on(before, after)) {
     return refused("tile " + std::to_string(given.slice.tile) + " contains invalid values");
   }

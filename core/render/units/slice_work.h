@@ -5,12 +5,12 @@
 /// arithmetic class can compute it. As bytes, little endian: "TSRWORK5", u32 slices, u32 0; for
 /// each slice i32 tile, first and last sample, kind, the tile's rectangle (x, y, width, height),
 /// samples, span (from, to), pilot samples; u32 pixels, auxiliary pixels, plans, pilot pixels,
-/// fits, shares, labels, mattes, depths; u64 rejected samples, u64 rays, f64 CPU seconds; of light
-/// paths i32 unit, its rectangle, first and last sample; of a meter i32 chunk, samples; u32 bytes
-/// of splats' sums, sums of the meter; u32 1 if the tile has no sample yet, else 0; u64, u64, f64
-/// of both, as above; then these arrays as in memory, without those of a tile that has no samples,
-/// splats as in core/film/splat_sums.h. Last u32: CRC-32 (as in zlib) of everything before; it only
-/// detects damage, and does not authenticate the sender.
+/// fits, shares, first hits, mattes, depths; u64 rejected samples, u64 rays, f64 CPU seconds; of
+/// light paths i32 unit, its rectangle, first and last sample; of a meter i32 chunk, samples; u32
+/// bytes of splats' sums, sums of the meter; u32 1 if the tile has no sample yet, else 0; u64, u64,
+/// f64 of both, as above; then these arrays as in memory, without those of a tile that has no
+/// samples, splats as in core/film/splat_sums.h. Last u32: CRC-32 (as in zlib) of everything
+/// before; it only detects damage, and does not authenticate the sender.
 #pragma once
 
 #include <cstddef>

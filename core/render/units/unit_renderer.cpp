@@ -110,8 +110,7 @@ bool UnitRenderer::render_light(SliceWork& work, const SplatLayout& layout, Spla
 
 bool UnitRenderer::render(std::span<SliceWork> work, const std::stop_token& stop) {
   const RenderSettings& settings = renderer_->view().settings;
-  const PixelRect all = {0, 0, settings.film.width, settings.film.height};
-  const std::vector<PixelRect> tiles = tile_rects(settings.film.crop.value_or(all));
+  const std::vector<PixelRect> tiles = tile_rects(settings.film.area());
   const SplatLayout layout = splat_layout(settings, tiles);
   SplatTiles sums(tiles.size());
   for (SliceWork& each : work) {

@@ -19,6 +19,7 @@
 #include "api/lab.h"
 #include "api/operations.h"
 #include "api/requests.h"
+#include "core/film/tile_planes.h"
 #include "tests/support/enumerators.h"
 #include "tests/unit/api/schema_check.h"
 
@@ -356,6 +357,19 @@ TEST(OpenApi, ListsEachProblemType) {
   }
   for (const api::ErrorRow& row : api::error_table()) {
     EXPECT_EQ(types.count("/docs#problem-" + std::string(row.slug)), 1U) << row.slug;
+  }
+}
+
+TEST(OpenApi, LayoutOfFilmsNamesTheFlagOfEveryPart) {
+  const std::string told = document()["paths"]["/v1/jobs/{id}/film"]["get"]["description"];
+  const std::size_t first = told.find("Flags: ");
+  ASSERT_NE(first, std::string::npos);
+  const std::string list = told.substr(first, told.find("from bit 8", first) - first);
+  const std::string arrays = told.substr(told.find("Then the tiles"));
+  for (const core::RecordedPart& row : core::kRecordedParts) {
+    const std::regex flag("\\b" + std::to_string(row.file_flag) + "\\b");
+    EXPECT_TRUE(std::regex_search(list, flag)) << row.file_flag;
+    EXPECT_TRUE(std::regex_search(arrays, flag)) << row.file_flag;
   }
 }
 

@@ -25,7 +25,7 @@ set(CORE_TEST_SOURCES
   integrators_test.cpp
   interval_test.cpp
   first_surfaces_test.cpp
-  labels_test.cpp
+  first_hits_test.cpp
   light_shares_test.cpp
   object_boxes_test.cpp
   offset_ray_test.cpp

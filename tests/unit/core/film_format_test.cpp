@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/sha256.h"
+#include "core/film/tile_planes.h"
+#include "tests/support/insane.h"
 
 namespace {
 
@@ -218,6 +220,42 @@ TEST(FilmFormat, RefusesInvalidPixelValues) {
   // Overlapping ranges within one film.
   part.ledger = {{7, 0, 2, 6}, {7, 0, 2, 6}};
   EXPECT_NE(refusal(written(part)).message.find("range 1"), std::string::npos);
+}
+
+/// A film of one tile that records everything. change(state): before the tile is committed.
+template <typename Change>
+Bytes everything(const Change& change) {
+  core::FilmSettings settings;
+  settings.width = settings.height = 8;
+  settings.object = settings.object_mattes = settings.z_depth = true;
+  settings.shares.resize(1);
+  auto film = std::make_shared<core::Film>(settings, 2);
+  core::TileState state = film->tile(0);
+  state.samples = 2;
+  for (core::ReplicatePixel& p : state.pixels) {
+    p.count = 1;
+  }
+  change(state);
+  film->commit(0, std::move(state));
+  auto ledger = core::ledger_of(*film, 0, 0);
+  return written({std::move(film), std::move(ledger)});
+}
+
+TEST(FilmFormat, RefusesAnInsaneValueOfEveryArray) {
+  const auto read = [](const Bytes& file) {
+    return core::read_film(file, {},
+                           [](const std::string&) { return std::vector<core::LightShare>(1); });
+  };
+  const auto sane = read(everything([](core::TileState&) {}));
+  EXPECT_TRUE(sane) << sane.error().message;
+  core::for_each_kept_plane([&](const auto& plane) {
+    const auto spoilt = read(everything([&](core::TileState& state) {
+      ASSERT_FALSE((state.*plane.values).empty());
+      test_support::make_insane((state.*plane.values).back());
+    }));
+    ASSERT_FALSE(spoilt) << core::value_bytes(plane) << " bytes";
+    EXPECT_NE(spoilt.error().message.find("tile 0 contains invalid values"), std::string::npos);
+  });
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 #include "core/scene/scene.h"
 #include "core/scene/scene_data.h"
 #include "tests/support/statistics.h"
@@ -166,10 +166,10 @@ Stage stage_of(File& file, const core::CameraSettings& settings = {}) {
   return {*scene, {target, camera(summary.cameras), camera(target->cameras()), kWidth}};
 }
 
-core::LabelPixel label_at(const Stage& stage, Vec2 film_px) {
+core::FirstHitPixel first_hit_at(const Stage& stage, Vec2 film_px) {
   std::uint64_t rays = 0;
-  return core::label(stage.scene->data(), stage.motion.now.ray(film_px, {0.5F, 0.5F}).ray,
-                     &stage.motion, rays);
+  return core::first_hit_pixel(stage.scene->data(), stage.motion.now.ray(film_px, {0.5F, 0.5F}).ray,
+                               &stage.motion, rays);
 }
 
 /// Pixels to the right and up from the centre, seen from (eye_x, 0, 10) along -z.
@@ -189,8 +189,8 @@ Compared compare(const Stage& stage, const Moves& moves, double eye_x = 0) {
   Compared out;
   test_support::Random random(1);
   for (int i = 0; i < 4000; ++i) {
-    const core::LabelPixel at =
-        label_at(stage, {random.uniform() * kWidth, random.uniform() * kHeight});
+    const core::FirstHitPixel at =
+        first_hit_at(stage, {random.uniform() * kWidth, random.uniform() * kHeight});
     if (at.object == 0) {
       continue;
     }
@@ -237,8 +237,8 @@ TEST(Motion, IsZeroWithoutMotion) {
   int points = 0;
   for (int x = 0; x < kWidth; ++x) {
     for (int y = 0; y < kHeight; ++y) {
-      const core::LabelPixel at =
-          label_at(stage, {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F});
+      const core::FirstHitPixel at =
+          first_hit_at(stage, {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F});
       if (at.object == 9 || at.object == 0) {
         points += at.object == 9 ? 1 : 0;
         // Rounding at coordinates of about ten metres, with 8 pixels per metre.
@@ -261,8 +261,8 @@ TEST(Motion, FollowsTheCamera) {
 }
 
 /// Renders the file at a time from a position; object: only this one, 0: all.
-std::vector<core::LabelPixel> picture(File& file, double seconds, Vec3 eye,
-                                      std::uint32_t object = 0) {
+std::vector<core::FirstHitPixel> picture(File& file, double seconds, Vec3 eye,
+                                         std::uint32_t object = 0) {
   core::SceneDescription description = file.at(seconds);
   if (object != 0) {
     std::erase_if(description.instances,
@@ -274,19 +274,19 @@ std::vector<core::LabelPixel> picture(File& file, double seconds, Vec3 eye,
   settings.position = eye;
   settings.target = Vec3{-1, -1, 0};
   const auto camera = core::Camera::create(settings, {}, {}, kWidth, kHeight);
-  std::vector<core::LabelPixel> out;
+  std::vector<core::FirstHitPixel> out;
   std::uint64_t rays = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const Vec2 film_px = {static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
-      out.push_back(
-          core::label((*scene)->data(), camera->ray(film_px, {0.5F, 0.5F}).ray, nullptr, rays));
+      out.push_back(core::first_hit_pixel((*scene)->data(), camera->ray(film_px, {0.5F, 0.5F}).ray,
+                                          nullptr, rays));
     }
   }
   return out;
 }
 
-TEST(FileLabels, EqualThoseOfEachObjectAloneAtAllTimesAndFromAllSides) {
+TEST(FileFirstHits, EqualThoseOfEachObjectAloneAtAllTimesAndFromAllSides) {
   File file;
   add_moving_nodes(file);
   std::map<std::uint32_t, std::array<std::uint32_t, 2>> known;  // by instance: object, primitive
@@ -294,7 +294,7 @@ TEST(FileLabels, EqualThoseOfEachObjectAloneAtAllTimesAndFromAllSides) {
   for (const double seconds : {0.0, 0.5, 1.0}) {
     for (const Vec3 eye : {Vec3{7, -1, 1}, Vec3{-3, 9, -7}, Vec3{0, 0, 10}}) {
       const auto all = picture(file, seconds, eye);
-      std::vector<core::LabelPixel> nearest(all.size());
+      std::vector<core::FirstHitPixel> nearest(all.size());
       for (const auto& [object, move] : moves()) {
         const auto alone = picture(file, seconds, eye, object);
         for (std::size_t i = 0; i < all.size(); ++i) {
@@ -342,15 +342,15 @@ TEST(Motion, IsUnknownForPointsLaterHiddenOrBehindTheCamera) {
   hidden.animate(1, "scale", {1, 1, 1, 0, 0, 0}, "VEC3", 3);
   // At 0.75 s it is scaled to a quarter; from 1 s on it is a point.
   Stage stage = stage_of(hidden);
-  EXPECT_FALSE(std::isnan(label_at(stage, {63, 37}).motion.x));
+  EXPECT_FALSE(std::isnan(first_hit_at(stage, {63, 37}).motion.x));
   stage.motion.target = std::make_shared<const core::MotionTarget>(hidden.at(1, true));
-  EXPECT_EQ(label_at(stage, {63, 37}).object, 2U);
-  EXPECT_TRUE(std::isnan(label_at(stage, {63, 37}).motion.x));
+  EXPECT_EQ(first_hit_at(stage, {63, 37}).object, 2U);
+  EXPECT_TRUE(std::isnan(first_hit_at(stage, {63, 37}).motion.x));
   File passing;
   add_moving_nodes(passing);
   // through the plane of the camera
   passing.animate(0, "translation", {0, 0, 15, 0, 0, -5}, "VEC3", 3);
-  const core::LabelPixel passed = label_at(stage_of(passing), {55, 40});
+  const core::FirstHitPixel passed = first_hit_at(stage_of(passing), {55, 40});
   EXPECT_NE(passed.object, 0U);
   EXPECT_TRUE(std::isnan(passed.motion.y));
 }
@@ -367,7 +367,7 @@ TEST(Motion, OfAPanoramaTakesTheShorterWay) {
   settings.position = Vec3{0, 0, 0};
   settings.target = Vec3{0, 0, -1};
   const Stage stage = stage_of(file, settings);
-  const core::LabelPixel at = label_at(stage, {kWidth - 0.1F, kHeight / 2.0F});
+  const core::FirstHitPixel at = first_hit_at(stage, {kWidth - 0.1F, kHeight / 2.0F});
   ASSERT_EQ(at.object, 1U);
   const double angle = std::atan2(static_cast<double>(at.position.x), 4);
   const double later = std::atan2(static_cast<double>(at.position.x) - 0.5, 4);

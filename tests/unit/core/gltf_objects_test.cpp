@@ -1,5 +1,5 @@
 // Ids of objects, instances and primitives: functions of the file, independent of visibility.
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 #include "core/scene/scene.h"
 #include "tests/unit/core/gltf_test_support.h"
 
@@ -59,21 +59,21 @@ TEST(GltfObjects, AreTheNodesWithMeshes) {
   EXPECT_EQ(scene->instances[2].instance, 3U);
 }
 
-core::LabelPixel label_at(const core::Result<core::SceneDescription>& scene, float x) {
+core::FirstHitPixel first_hit_at(const core::Result<core::SceneDescription>& scene, float x) {
   EXPECT_TRUE(scene) << scene.error().message;
   const auto built = core::Scene::build(*scene, 1);
   EXPECT_TRUE(built);
   std::uint64_t rays = 0;
-  return core::label((*built)->data(), {.origin = {x + 0.25F, 0.25F, 9}, .direction = {0, 0, -1}},
-                     nullptr, rays);
+  return core::first_hit_pixel(
+      (*built)->data(), {.origin = {x + 0.25F, 0.25F, 9}, .direction = {0, 0, -1}}, nullptr, rays);
 }
 
 TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesIncludingSkippedOnes) {
-  const core::LabelPixel behind = label_at(objects(R"("translation":[0,50,0])"), 0);
+  const core::FirstHitPixel behind = first_hit_at(objects(R"("translation":[0,50,0])"), 0);
   EXPECT_EQ(behind.object, 4U);
   EXPECT_EQ(behind.primitive, 3U);
   EXPECT_EQ(behind.material, 1U);
-  const core::LabelPixel copy = label_at(objects(), 20);
+  const core::FirstHitPixel copy = first_hit_at(objects(), 20);
   EXPECT_EQ(copy.object, 3U);
   EXPECT_EQ(copy.instance, 3U);
   EXPECT_EQ(copy.primitive, 1U);
@@ -83,16 +83,16 @@ TEST(GltfObjects, PrimitivesAreCountedOverAllMeshesIncludingSkippedOnes) {
 TEST(GltfObjects, IdsAreUnchangedIfAnotherNodeIsHiddenOrScaledToZero) {
   for (const char* node :
        {R"("scale":[0,0,0])", R"("extensions":{"KHR_node_visibility":{"visible":false}})"}) {
-    const core::LabelPixel copy = label_at(objects(node), 30);
+    const core::FirstHitPixel copy = first_hit_at(objects(node), 30);
     EXPECT_EQ(copy.object, 3U) << node;
     EXPECT_EQ(copy.instance, 4U) << node;
-    EXPECT_EQ(label_at(objects(node), 0).object, 4U);
+    EXPECT_EQ(first_hit_at(objects(node), 0).object, 4U);
   }
 }
 
 TEST(GltfObjects, VariantsChangeOnlyTheMaterial) {
-  const core::LabelPixel plain = label_at(objects(R"("scale":[0,0,0])"), 0);
-  const core::LabelPixel other = label_at(objects(R"("scale":[0,0,0])", "light"), 0);
+  const core::FirstHitPixel plain = first_hit_at(objects(R"("scale":[0,0,0])"), 0);
+  const core::FirstHitPixel other = first_hit_at(objects(R"("scale":[0,0,0])", "light"), 0);
   EXPECT_EQ(plain.material, 1U);
   EXPECT_EQ(other.material, 2U);
   EXPECT_EQ(other.object, plain.object);

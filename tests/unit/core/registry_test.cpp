@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -64,6 +65,44 @@ TEST(Registries, HaveARowForEveryEnumerator) {
   expect_whole("distortion models", core::distortion_models());
   expect_whole("pose conventions", core::pose_conventions());
   expect_whole("denoisers", core::denoisers());
+}
+
+TEST(Candidates, OfAutoAreThoseThatItsSummaryNames) {
+  core::RenderSettings settings;
+  settings.integrator = core::kAutomaticIntegrator;
+  const auto all = core::candidates_of(settings, false);
+  const std::string_view summary = core::find_integrator(core::kAutomaticIntegrator)->summary;
+  std::string listed;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const char* before = i == 0   ? ""
+                         : i == 1 ? ", "
+                         : i == 2 ? " or, without an error target, "
+                                  : " or ";
+    listed += before + std::string(all[i]);
+  }
+  EXPECT_EQ(summary.substr(0, summary.find(", whichever")), listed);
+}
+
+TEST(Candidates, OfAutoWithAnErrorTargetAreUnbiased) {
+  core::RenderSettings settings;
+  settings.integrator = core::kAutomaticIntegrator;
+  for (const auto name : core::candidates_of(settings, true)) {
+    EXPECT_EQ(core::find_integrator(name)->bias, "none");
+  }
+  settings.film.shares.resize(1);
+  EXPECT_EQ(core::candidates_of(settings, false), core::candidates_of(settings, true));
+}
+
+TEST(Candidates, OfANamedIntegratorAreItself) {
+  core::RenderSettings settings;
+  settings.integrator = "vcm";
+  EXPECT_EQ(core::candidates_of(settings, false), std::vector<std::string_view>{"vcm"});
+  settings.integrator = "path";
+  settings.caustics = core::CausticsType::kAuto;
+  EXPECT_EQ(core::candidates_of(settings, false),
+            (std::vector<std::string_view>{"path", core::kCausticsIntegrator}));
+  settings.integrator = "none";
+  EXPECT_TRUE(core::candidates_of(settings, false).empty());
 }
 
 TEST(Registries, HaveAToneMapForEveryEnumerator) {

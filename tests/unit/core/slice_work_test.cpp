@@ -10,11 +10,14 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "core/film/tile_planes.h"
 #include "core/integrators/registry.h"
 #include "core/render/task/settle.h"
 #include "core/render/units/result_size.h"
 #include "core/render/units/unit_renderer.h"
 #include "core/settings/choices.h"
+#include "core/settings/light_shares.h"
+#include "tests/support/insane.h"
 #include "tests/support/scenes.h"
 #include "tests/support/tasks.h"
 
@@ -214,10 +217,12 @@ TEST(SliceWork, IsTakenAgainAfterItIsReturned) {
 
 class SliceResult : public ::testing::Test {
  protected:
-  SliceResult()
-      : film_(core::make_film(view_.settings)),
-        task_(renderer_of(view_), film_, samples(4), sink_),
-        given_(task_.prepare(*task_.take(), 1)),
+  explicit SliceResult(core::View view = small_view(), int sample_count = 4,
+                       core::SliceKind kind = core::SliceKind::kPicture)
+      : view_(std::move(view)),
+        film_(core::make_film(view_.settings)),
+        task_(renderer_of(view_), film_, samples(sample_count), sink_),
+        given_(first_of(kind)),
         done_(given_) {
     EXPECT_TRUE(core::render_slice(task_.renderer(), done_, {}));
     done_.state.plan.clear();
@@ -227,8 +232,31 @@ class SliceResult : public ::testing::Test {
     return core::check_result(1, [this](std::size_t) { return given_; }, view_.settings, {&copy, 1})
         .has_value();
   }
+  /// Runs the slices before the first one of this kind.
+  SliceWork first_of(core::SliceKind kind) {
+    auto slice = task_.take();
+    for (; slice && slice->kind != kind; slice = task_.take()) {
+      task_.run(*slice);
+    }
+    return task_.prepare(slice.value(), 1);
+  }
+  /// Spoils the last value of each array of the result in turn. Returns the arrays that had values.
+  int spoil_each() {
+    int arrays = 0;
+    core::for_each_plane([&](const auto& plane) {
+      auto& values = done_.state.*plane.values;
+      if (!values.empty()) {
+        const auto good = values.back();
+        test_support::make_insane(values.back());
+        EXPECT_FALSE(is_taken()) << "array " << arrays;
+        values.back() = good;
+        ++arrays;
+      }
+    });
+    return arrays;
+  }
 
-  core::View view_ = small_view();
+  core::View view_;
   std::shared_ptr<core::Film> film_;
   core::NullSink sink_;
   core::RenderTask task_;
@@ -301,6 +329,74 @@ TEST_F(SliceResult, OfATileWithoutSamplesIsSmallAsInputAndRefusedAsResult) {
   EXPECT_FALSE(core::decode_work(bytes, WorkPart::kResult));
   const std::string later = core::encode_work({&done_, 1}, WorkPart::kInput);
   EXPECT_GT(later.size(), done_.state.pixels.size() * sizeof(core::ReplicatePixel));
+}
+
+class FullSliceResult : public SliceResult {
+ protected:
+  FullSliceResult() : SliceResult(full_view()) {}
+
+ private:
+  static core::View full_view() {
+    core::View view = small_view();
+    core::FilmSettings& film = view.settings.film;
+    film.object = film.object_mattes = film.material_mattes = film.z_depth = true;
+    film.shares = {*core::light_share("bounce:1")};
+    return view;
+  }
+};
+
+TEST_F(FullSliceResult, IsRefusedWithAnInsaneValueOfAnyArray) {
+  EXPECT_TRUE(is_taken());
+  EXPECT_EQ(spoil_each(), 6);  // pixels, aux, shares, first hits, mattes, depths
+  EXPECT_TRUE(is_taken());
+}
+
+TEST_F(FullSliceResult, IsRefusedWithMattesThatNoSamplesHit) {
+  done_.state.mattes[3] = {{{1, {0, 0}}}};
+  EXPECT_FALSE(is_taken()) << "an id without hits";
+  done_.state.mattes[3] = {{{2, {1, 0}}, {1, {1, 0}}}};
+  EXPECT_FALSE(is_taken()) << "ids out of order";
+  done_.state.mattes[3] = {{{1, {1U << 20U, 0}}}};
+  EXPECT_FALSE(is_taken()) << "more hits than samples";
+}
+
+class PilotSliceResult : public SliceResult {
+ protected:
+  PilotSliceResult() : SliceResult(pilot_view(), 48, core::SliceKind::kPilot) {}
+
+ private:
+  static core::View pilot_view() {
+    core::View view = small_view();
+    view.settings.adaptive.type = core::AdaptiveType::kPilot;
+    return view;
+  }
+};
+
+TEST_F(PilotSliceResult, IsRefusedWithAnInsanePilot) {
+  EXPECT_TRUE(is_taken());
+  EXPECT_EQ(spoil_each(), 3);  // pixels, aux, pilot
+}
+
+class FittedSliceResult : public SliceResult {
+ protected:
+  FittedSliceResult() : SliceResult(fitted_view()) {}
+
+ private:
+  static core::View fitted_view() {
+    core::View view = small_view();
+    view.settings.estimator.control_variate = core::ControlVariateType::kRegression;
+    return view;
+  }
+};
+
+TEST_F(FittedSliceResult, IsRefusedWithAnInsaneFit) {
+  EXPECT_TRUE(is_taken());
+  EXPECT_EQ(spoil_each(), 3);  // pixels, aux, fit
+}
+
+TEST_F(SliceResult, RefusesAPlan) {
+  done_.state.plan.resize(done_.state.pixels.size() / 2);
+  EXPECT_FALSE(is_taken()) << "results have none";
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/film/sane_pixel.h"
+#include "tests/support/insane.h"
+
 namespace {
 
 core::RenderSettings all_recorded() {
@@ -69,6 +72,16 @@ TEST(TilePlanes, AChangedByteIsSeenWhereTheRowSays) {
       ASSERT_EQ(was.size(), is.size());
       EXPECT_NE(std::memcmp(was.data(), is.data(), is.size() * core::value_bytes(plane)), 0);
     }
+  });
+}
+
+TEST(TilePlanes, AnInsaneValueOfAnyArrayIsSeen) {
+  const core::Film film(all_recorded(), core::PixelErrors::kIndependent, false);
+  EXPECT_TRUE(core::is_sane(tile_of(film), 2));
+  core::for_each_plane([&](const auto& plane) {
+    core::TileState state = tile_of(film);
+    test_support::make_insane((state.*plane.values).back());
+    EXPECT_FALSE(core::is_sane(state, 2)) << core::value_bytes(plane) << " bytes";
   });
 }
 

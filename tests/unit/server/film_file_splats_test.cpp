@@ -100,14 +100,14 @@ TEST_F(FilmFiles, RestoresLabelsAndMattes) {
   auto file = FilmFile::open(path);
   ASSERT_TRUE(file->restore(film));
   core::TileState tile = made_tile(film, 1, 6);
-  tile.labels.back() = {3, 4, 5, 6, {1, 2, 3}, {0.5F, 0.25F}, {-1, 2}};
+  tile.first_hits.back() = {3, 4, 5, 6, {1, 2, 3}, {0.5F, 0.25F}, {-1, 2}};
   tile.mattes.back()[0] = {77, {2, 1}};
   film.commit(1, std::move(tile));
   ASSERT_TRUE(file->write(film, FilmRecord{}, false));
   core::Film again(settings, 2);
   ASSERT_TRUE(FilmFile::open(path)->restore(again));
   EXPECT_EQ(again.digest(), film.digest());
-  EXPECT_EQ(again.tile(1).labels.back().primitive, 6U);
+  EXPECT_EQ(again.tile(1).first_hits.back().primitive, 6U);
   EXPECT_EQ(again.tile(1).mattes.back()[0].hits[0], 2U);
   settings.object_mattes = true;
   core::Film other(settings, 2);

@@ -1,6 +1,7 @@
 // Memory of jobs, and how paused jobs release it.
 #include <gtest/gtest.h>
 
+#include "core/integrators/registry.h"
 #include "tests/unit/server/jobs_fixture.h"
 
 namespace {
@@ -67,6 +68,28 @@ TEST_F(JobsMemory, DryRunReportsTheAdmittedMemory) {
   memory_max_bytes -= 64;
   restart();
   EXPECT_FALSE(jobs->submit(*parsed, {}));
+}
+
+TEST_F(JobsMemory, AutomaticIntegratorIsAdmittedWithTheMemoryOfAnyCandidate) {
+  const auto bytes_of = [this](std::string_view integrator, const std::string& stop) {
+    const auto parsed =
+        api::parse_job(R"({"scene": "cornell-box", "film": {"width": 128, "height": 96},
+                                          "integrator": {"max_depth": 256, "type": ")" +
+                       std::string(integrator) + R"("}, "stop": )" + stop + "}");
+    EXPECT_TRUE(parsed);
+    const auto cost = jobs->estimate(parsed->spec, "", {});
+    EXPECT_TRUE(cost) << cost.error().message;
+    return cost->memory_bytes_high;
+  };
+  core::RenderSettings automatic;
+  automatic.integrator = core::kAutomaticIntegrator;
+  for (const bool has_target : {false, true}) {
+    const std::string stop = has_target ? R"({"relative_error": 0.1})" : R"({"seconds": 1})";
+    const double admitted = bytes_of(core::kAutomaticIntegrator, stop);
+    for (const auto name : core::candidates_of(automatic, has_target)) {
+      EXPECT_GE(admitted, bytes_of(name, stop)) << name;
+    }
+  }
 }
 
 TEST_F(JobsMemory, RefusesAFilmTooLargeForTheServer) {

@@ -15,6 +15,7 @@ using std::chrono::seconds;
 class LeaseTableTest : public testing::Test {
  protected:
   static constexpr int kLease = 15;
+  static constexpr std::uint64_t kSeed = 1;
 
   LeaseTableTest() { options_.lease_seconds = kLease; }
 
@@ -77,7 +78,7 @@ class LeaseTableTest : public testing::Test {
 
   Log log_{LogLevel::kError};
   WorkOptions options_;
-  LeaseTable table_{options_, log_};
+  LeaseTable table_{options_, log_, kSeed};
   LeaseTable::Time now_ = LeaseTable::Time() + std::chrono::hours(1);
   JobPointer job_ = std::make_shared<Job>(JobRecord(), Job::History::kInLog);
 };
@@ -107,13 +108,29 @@ TEST_F(LeaseTableTest, AWorkerOfAnotherArchitectureIsUnsuitableForThatReason) {
   sent.arithmetic = "embree 3.13.5, neon, arm64, glibc 2.36";
   options_.build = "a";
   options_.arithmetic = "embree 3.13.5, avx2, GenuineIntel, glibc 2.36";
-  LeaseTable table(options_, log_);
+  LeaseTable table(options_, log_, kSeed);
   const auto orders = table.report(sender("w"), sent, now_, 0);
   ASSERT_TRUE(orders);
   EXPECT_EQ(orders->reason.substr(0, 49), "its processor is arm64, the server's is x86-64; t");
   options_.arithmetic = sent.arithmetic;
-  LeaseTable same(options_, log_);
+  LeaseTable same(options_, log_, kSeed);
   EXPECT_EQ(same.report(sender("w"), sent, now_, 0)->reason, "its build is b, the server's is a");
+}
+
+TEST_F(LeaseTableTest, TheSeedDrawsTheUnitsThatAreVerified) {
+  options_.verify_share = 0.5;
+  const auto drawn = [this](std::uint64_t seed) {
+    LeaseTable table(options_, log_, seed);
+    std::vector<bool> are_checked;
+    for (int i = 0; i < 64; ++i) {
+      const std::string name = std::to_string(i);
+      table.add(name, WorkUnit(), now_);
+      are_checked.push_back(table.units().at(name).is_checked);
+    }
+    return are_checked;
+  };
+  EXPECT_EQ(drawn(kSeed), drawn(kSeed));
+  EXPECT_NE(drawn(kSeed), drawn(kSeed + 1));
 }
 
 TEST_F(LeaseTableTest, ALostUnitGoesToAnotherWorkerAndItsResultIsRefused) {

@@ -18,7 +18,7 @@
 
 namespace {
 
-using core::LabelPixel;
+using core::FirstHitPixel;
 using core::Rgb;
 using core::Vec2;
 using core::Vec3;
@@ -31,7 +31,7 @@ constexpr float kFov = 50;
 /// A rectangle that faces the camera, and its ids.
 struct Card {
   float z, x0, x1, y0, y1;
-  LabelPixel ids;
+  FirstHitPixel ids;
   bool has_hole = false;  ///< its left half is absent
 };
 
@@ -97,7 +97,7 @@ core::SceneDescription cards_scene() {
 /// The same, nearest first.
 std::vector<Card> cards() {
   const auto ids = [](std::uint32_t object, std::uint32_t material, std::uint32_t primitive) {
-    return LabelPixel{object, object, material, primitive, {}, {}, {}};
+    return FirstHitPixel{object, object, material, primitive, {}, {}, {}};
   };
   return {{1.5F, -0.3F, 0.3F, -0.9F, -0.4F, ids(5, 5, 5)},
           {1, -0.6F, 0.6F, 0, 0.6F, ids(4, 4, 4), true},
@@ -124,7 +124,7 @@ Vec2 at_plane(int x, int y, float z) {
 }
 
 /// Computed from geometry; nothing if the ray is closer to an edge than rounding can resolve.
-std::optional<LabelPixel> expected(int x, int y) {
+std::optional<FirstHitPixel> expected(int x, int y) {
   constexpr float kEdge = 1e-4F;  // rays have an error of about 1e-6 of 5 m
   for (const Card& card : cards()) {
     const Vec2 p = at_plane(x, y, card.z);
@@ -138,16 +138,16 @@ std::optional<LabelPixel> expected(int x, int y) {
     }
     const bool inside = p.x > card.x0 && p.x < card.x1 && p.y > card.y0 && p.y < card.y1;
     if (inside && (!card.has_hole || p.x > 0.5F * (card.x0 + card.x1))) {
-      LabelPixel out = card.ids;
+      FirstHitPixel out = card.ids;
       out.position = {p.x, p.y, card.z};
       out.uv = {(p.x - card.x0) / (card.x1 - card.x0), (p.y - card.y0) / (card.y1 - card.y0)};
       return out;
     }
   }
-  return LabelPixel{};
+  return FirstHitPixel{};
 }
 
-bool are_equal(const LabelPixel& a, const LabelPixel& b) {
+bool are_equal(const FirstHitPixel& a, const FirstHitPixel& b) {
   return a.object == b.object && a.instance == b.instance && a.material == b.material &&
          a.primitive == b.primitive;
 }
@@ -167,7 +167,7 @@ Faults compare(const core::FilmSnapshot& film) {
         continue;
       }
       ++out.known;
-      const LabelPixel& got = film.labels[static_cast<std::size_t>(y * kWidth + x)];
+      const FirstHitPixel& got = film.first_hits[static_cast<std::size_t>(y * kWidth + x)];
       out.ids += are_equal(got, *want) ? 0 : 1;
       const bool is_near = length(got.position - want->position) < 1e-4F &&
                            std::fabs(got.uv.x - want->uv.x) < 1e-3F &&
@@ -178,7 +178,7 @@ Faults compare(const core::FilmSnapshot& film) {
   return out;
 }
 
-TEST(Labels, AreThoseOfTheHitAtThePixelCenter) {
+TEST(FirstHits, AreThoseOfTheHitAtThePixelCenter) {
   const Faults faults = compare(test_support::render(view_of(cards_scene()), 2).snapshot);
   EXPECT_GT(faults.known, 6000);
   EXPECT_EQ(faults.ids, 0);
@@ -204,7 +204,7 @@ TEST(ZDepth, OfAPlaneThatFacesTheCameraIsConstant) {
   view.settings.film.object = false;
   view.settings.film.z_depth = true;
   const auto film = test_support::render(view, 2).snapshot;
-  EXPECT_TRUE(film.labels.empty());
+  EXPECT_TRUE(film.first_hits.empty());
   EXPECT_EQ(wrong_depths(film), 0);
   auto nearer = cards_scene();
   nearer.instances[0].to_world.t.z += 0.001F;
@@ -234,9 +234,9 @@ TEST(ZDepth, IsThePositionAlongTheAxisForEveryCamera) {
     const Vec3 eye = {0.4F, 0.3F, 4};
     const Vec3 ahead = normalize(Vec3{-0.3F, 0.1F, 0} - eye);
     int seen = 0;
-    for (std::size_t i = 0; i < film.labels.size(); ++i) {
-      const bool is_hit = film.labels[i].object != 0;
-      const float depth = is_hit ? dot(film.labels[i].position - eye, ahead) : 0;
+    for (std::size_t i = 0; i < film.first_hits.size(); ++i) {
+      const bool is_hit = film.first_hits[i].object != 0;
+      const float depth = is_hit ? dot(film.first_hits[i].position - eye, ahead) : 0;
       EXPECT_NEAR(film.z_depths[i], depth, 1e-5F) << i;
       seen += is_hit ? 1 : 0;
     }
@@ -244,7 +244,7 @@ TEST(ZDepth, IsThePositionAlongTheAxisForEveryCamera) {
   }
 }
 
-TEST(Labels, DetectPlantedFaults) {
+TEST(FirstHits, DetectPlantedFaults) {
   core::SceneDescription moved = cards_scene();
   moved.instances[3].to_world.t.x += 0.05F;
   EXPECT_GT(compare(test_support::render(view_of(std::move(moved)), 2).snapshot).ids, 0);
@@ -253,7 +253,7 @@ TEST(Labels, DetectPlantedFaults) {
   EXPECT_GT(compare(test_support::render(view_of(std::move(swapped)), 2).snapshot).ids, 100);
 }
 
-TEST(Labels, EqualThoseOfTheObjectAloneIfUnoccluded) {
+TEST(FirstHits, EqualThoseOfTheObjectAloneIfUnoccluded) {
   const auto all = test_support::render(view_of(cards_scene()), 2).snapshot;
   for (std::size_t k = 0; k < 4; ++k) {  // the panes and cards; other objects stay in place, hidden
     core::SceneDescription scene = cards_scene();
@@ -267,19 +267,19 @@ TEST(Labels, EqualThoseOfTheObjectAloneIfUnoccluded) {
     core::View view = view_of(std::move(scene));
     const auto alone = test_support::render(view, 2).snapshot;
     int seen = 0;
-    for (std::size_t i = 0; i < all.labels.size(); ++i) {
+    for (std::size_t i = 0; i < all.first_hits.size(); ++i) {
       const std::uint32_t id = static_cast<std::uint32_t>(k) + 2;
-      const bool is_nearest = alone.labels[i].object == id &&
-                              (all.labels[i].object == id || all.labels[i].object == 0 ||
-                               all.labels[i].position.z < alone.labels[i].position.z);
-      EXPECT_EQ(all.labels[i].object == id, is_nearest) << "object " << id << ", pixel " << i;
+      const bool is_nearest = alone.first_hits[i].object == id &&
+                              (all.first_hits[i].object == id || all.first_hits[i].object == 0 ||
+                               all.first_hits[i].position.z < alone.first_hits[i].position.z);
+      EXPECT_EQ(all.first_hits[i].object == id, is_nearest) << "object " << id << ", pixel " << i;
       seen += is_nearest ? 1 : 0;
     }
     EXPECT_GT(seen, 50);
   }
 }
 
-TEST(Labels, AreIndependentOfViewsThreadsAndTheCrop) {
+TEST(FirstHits, AreIndependentOfViewsThreadsAndTheCrop) {
   core::View view = view_of(cards_scene());
   const auto whole = test_support::render(view, 2, 1);
   EXPECT_EQ(whole.film->digest(), test_support::render(view, 2, 2).film->digest());
@@ -287,9 +287,9 @@ TEST(Labels, AreIndependentOfViewsThreadsAndTheCrop) {
   const auto part = test_support::render(view, 2).snapshot;
   for (int y = 0; y < 25; ++y) {
     for (int x = 0; x < 30; ++x) {
-      EXPECT_TRUE(
-          are_equal(part.labels[static_cast<std::size_t>(y * 30 + x)],
-                    whole.snapshot.labels[static_cast<std::size_t>((y + 20) * kWidth + x + 33)]));
+      EXPECT_TRUE(are_equal(
+          part.first_hits[static_cast<std::size_t>(y * 30 + x)],
+          whole.snapshot.first_hits[static_cast<std::size_t>((y + 20) * kWidth + x + 33)]));
     }
   }
 }
@@ -442,7 +442,7 @@ TEST(Cryptomatte, IdsAreHashesOfTheNames) {
   EXPECT_EQ(image->channel_names[11], "CryptoObject02.A");
   // At (0.3, 0.4, 1): the card of low coverage, and behind it the half card.
   const std::size_t pixel = std::size_t{26} * kWidth + 48;
-  EXPECT_EQ(film.labels[pixel].object, 4U);
+  EXPECT_EQ(film.first_hits[pixel].object, 4U);
   std::array<std::uint32_t, 2> ids{};
   for (std::size_t k = 0; k < 2; ++k) {
     std::memcpy(&ids[k], &image->values[12 * pixel + 2 * k], sizeof ids[k]);
@@ -481,7 +481,7 @@ TEST(Cryptomatte, IgnoresASeventhId) {
   }
 }
 
-TEST(FilmFormat, StoresLabelsAndMattes) {
+TEST(FilmFormat, StoresFirstHitsAndMattes) {
   auto film = test_support::render(matte_view(), 4).film;
   auto ledger = core::ledger_of(*film, 0, 0);
   const core::FilmPart part = {std::move(film), std::move(ledger)};
@@ -495,7 +495,7 @@ TEST(FilmFormat, StoresLabelsAndMattes) {
   };
   const auto read = core::read_film(write(), {});
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_TRUE(read->part.film->has_labels());
+  EXPECT_TRUE(read->part.film->has_first_hits());
   EXPECT_EQ(read->part.film->digest(), part.film->digest());
   auto* spoilt = const_cast<core::Film*>(part.film.get());
   core::TileState tile = spoilt->tile(0);

@@ -1,4 +1,4 @@
-#include "core/aovs/label.h"
+#include "core/aovs/first_hit.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -27,8 +27,8 @@ std::optional<FirstHit> first_hit(const SceneData& scene, Ray ray, std::uint64_t
   return std::nullopt;
 }
 
-LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
-                 Vec3* seen) noexcept {
+FirstHitPixel first_hit_pixel(const SceneData& scene, Ray ray, const Motion* motion,
+                              std::uint64_t& rays, Vec3* seen) noexcept {
   const auto found = first_hit(scene, ray, rays);
   if (!found) {
     return {};
@@ -49,18 +49,18 @@ LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uin
                         : Vec2{}};
 }
 
-void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
-                const Motion* motion) noexcept {
+void put_first_hits(TileState& state, const SceneData& scene, const Camera& camera,
+                    const Motion* motion) noexcept {
   const PixelRect& rect = state.rect;
-  const std::size_t count = std::max(state.labels.size(), state.z_depths.size());
+  const std::size_t count = std::max(state.first_hits.size(), state.z_depths.size());
   for (std::size_t i = 0; i < count; ++i) {
     const Vec2 centre_px = {static_cast<float>(rect.x + static_cast<int>(i) % rect.width) + 0.5F,
                             static_cast<float>(rect.y + static_cast<int>(i) / rect.width) + 0.5F};
     Vec3 seen = camera.eye();
-    const LabelPixel pixel =
-        label(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays, &seen);
-    if (!state.labels.empty()) {
-      state.labels[i] = pixel;
+    const FirstHitPixel pixel =
+        first_hit_pixel(scene, camera.ray(centre_px, {0.5F, 0.5F}).ray, motion, state.rays, &seen);
+    if (!state.first_hits.empty()) {
+      state.first_hits[i] = pixel;
     }
     if (!state.z_depths.empty()) {
       state.z_depths[i] = dot(seen - camera.eye(), camera.forward());

@@ -1,4 +1,4 @@
-/// label(): finds the surface under the centre of a pixel.
+/// The first surface along a ray: under the centre of a pixel, and that of a camera path.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,14 @@ struct FirstHit {
 /// at least one half (MASK: present). rays: adds the rays traced.
 std::optional<FirstHit> first_hit(const SceneData& scene, Ray ray, std::uint64_t& rays) noexcept;
 
-/// Returns the label of first_hit(). motion: null if not needed. rays: adds the rays traced.
+/// Returns the record of first_hit(). motion: null if not needed. rays: adds the rays traced.
 /// seen: receives the hit, from the scene's origin, if there is one; null if not needed.
-LabelPixel label(const SceneData& scene, Ray ray, const Motion* motion, std::uint64_t& rays,
-                 Vec3* seen = nullptr) noexcept;
+FirstHitPixel first_hit_pixel(const SceneData& scene, Ray ray, const Motion* motion,
+                              std::uint64_t& rays, Vec3* seen = nullptr) noexcept;
 
-/// Writes the labels and depths of all pixels of a tile, as far as it has room for them.
-void put_labels(TileState& state, const SceneData& scene, const Camera& camera,
-                const Motion* motion) noexcept;
+/// Writes the first hits and depths of all pixels of a tile, as far as it has room for them.
+void put_first_hits(TileState& state, const SceneData& scene, const Camera& camera,
+                    const Motion* motion) noexcept;
 
 /// Adds the first surface of the camera path to the pixel's mattes, one per kind. half: of the
 /// image, 0 or 1.

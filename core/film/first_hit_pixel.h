@@ -1,4 +1,4 @@
-/// LabelPixel: what the ray through a pixel's centre hits. MattePixel: what the pixel's samples
+/// FirstHitPixel: what the ray through a pixel's centre hits. MattePixel: what the pixel's samples
 /// hit.
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace core {
 
 /// Ids count from 1; all are zero if the ray hits nothing.
-struct LabelPixel {
+struct FirstHitPixel {
   std::uint32_t object = 0;     ///< 1 + index of the node in the file
   std::uint32_t instance = 0;   ///< index within the object
   std::uint32_t material = 0;   ///< 1 + index of the material in the file

@@ -94,6 +94,9 @@ struct MaterialDescription : SurfaceLayers {
   IorCurve ior_curve;  ///< for paths of wavelengths, instead of `dispersion`; `ior` is its n_d
   TextureDescription diffuse_transmission_texture;        ///< A
   TextureDescription diffuse_transmission_color_texture;  ///< sRGB
+
+  /// Returns whether the back emits as the front does, if the material emits.
+  bool emits_from_both_sides() const noexcept { return double_sided || unlit; }
 };
 
 /// Triangles of one material. All attribute arrays are empty or as long as positions.

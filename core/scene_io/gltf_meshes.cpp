@@ -140,7 +140,7 @@ std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& p
   }
   const MaterialDescription& m = scene_.materials[static_cast<std::size_t>(primitive.material)];
   const bool is_solid = (m.transmission > 0 || m.diffuse_transmission > 0) && m.thickness > 0;
-  const bool is_one_sided_emitter = !is_black(m.emissive) && !m.double_sided && !m.unlit;
+  const bool is_one_sided_emitter = !is_black(m.emissive) && !m.emits_from_both_sides();
   if (!is_solid && !is_one_sided_emitter) {
     return {};
   }

@@ -1,7 +1,7 @@
 /// SceneDescription: plain data that a loader fills and from which core::Scene is built.
 ///
 /// Metres, y up, right-handed. Indices refer to other parts; -1 means none. Nothing is checked
-/// here: build_scene() refuses invalid data. Formulas: glTF 2.0 and its KHR extensions.
+/// here: Scene::build() refuses invalid data. Formulas: glTF 2.0 and its KHR extensions.
 #pragma once
 
 #include <array>

@@ -396,7 +396,7 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   read_members(table(), *value, job.spec, "", faults);
   set_stage_defaults(*value, job.spec);
   drop_image(job.spec);
-  if (job.spec.render.light_sampler == core::LightSamplerType::kRestir &&
+  if (light_reuse(job.spec.render.light_sampler) == core::LightReuse::kShare &&
       !value->contains(Json::json_pointer("/estimator/splitting"))) {
     job.spec.render.estimator.splitting = core::SplittingType::kNone;
   }

@@ -2,12 +2,12 @@
 
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <utility>
 
 #include "api/json/limits.h"
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
+#include "core/color/srgb.h"
 
 namespace cli {
 namespace {
@@ -160,9 +160,7 @@ std::optional<Json> linear_color(const std::string& text) {
   }
   Json color = Json::array();
   for (std::size_t i = 0; i < 6; i += 2) {
-    const double s = std::stoi(text.substr(i, 2), nullptr, 16) / 255.0;
-    // IEC 61966-2-1
-    color.push_back(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+    color.push_back(core::srgb_decoded(std::stoi(text.substr(i, 2), nullptr, 16) / 255.0));
   }
   return color;
 }

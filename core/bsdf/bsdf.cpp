@@ -1,6 +1,7 @@
 #include "core/bsdf/bsdf.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/anisotropic_albedo.h"
@@ -116,17 +117,27 @@ void Bsdf::add_top(const BsdfLayers& layers) noexcept {
 }
 
 void Bsdf::set_probabilities() noexcept {
-  const float sum = prob_[kDiffuse] + prob_[kSpecular] + prob_[kThin] + prob_[kGlass] +
-                    prob_[kDiffuseTransmission] + (prob_[kRoughCoat] + prob_[kSmoothCoat]) +
-                    prob_[kSheen];
+  static_assert([] {
+    for (std::size_t i = 0; i < kLobes; ++i) {
+      if (kLobeKinds[i].lobe != i || std::ranges::count(kSumOrder, kLobeKinds[i].lobe) != 1) {
+        return false;
+      }
+    }
+    return true;
+  }());
+  float sum = 0;
+  for (const Lobe lobe : kSumOrder) {
+    sum += prob_[lobe];
+  }
   if (sum > 0) {
     for (float& prob : prob_) {
       prob /= sum;
     }
   }
-  has_spread_ =
-      prob_[kDiffuse] + prob_[kDiffuseTransmission] + prob_[kSheen] + prob_[kRoughCoat] > 0 ||
-      (!facets_.is_smooth && sum > 0);
+  has_spread_ = !facets_.is_smooth && sum > 0;
+  for (const LobeKind& kind : kLobeKinds) {
+    has_spread_ = has_spread_ || (kind.delta == Delta::kNever && prob_[kind.lobe] > 0);
+  }
   diffuse_.is_even = below_.is_even =
       prob_[kGlass] > 0 && !specular_ && is_black(diffuse_.albedo) && is_black(below_.albedo);
 }
@@ -245,8 +256,8 @@ void Bsdf::respect_geometry(BsdfSample& s) const noexcept {
 
 /// Samples a direction of one lobe; sets the weight only if the lobe is delta. u_lobe: remapped to
 /// [0,1).
-bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
-  const float prob = prob_[static_cast<std::size_t>(lobe)];
+bool Bsdf::sample_lobe(Lobe lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept {
+  const float prob = prob_[lobe];
   switch (lobe) {
     case kDiffuse:
       s.wi_local = diffuse_.sample(u);
@@ -278,10 +289,13 @@ bool Bsdf::sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noex
         s.is_delta = s.is_null = true;
       }
       return s.wi_local.z < 0;
-    default:
+    case kGlass:
       return prob > 0 && glass_->sample(facets_, {prob, delta_share()},
                                         std::clamp(u_lobe / prob, 0.0F, kOneMinusEpsilon), u, s);
+    case kLobes:
+      break;
   }
+  return false;
 }
 
 BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
@@ -293,10 +307,10 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
     return s;
   }
   std::size_t lobe = 0;
-  while (lobe < kGlass && !(u_lobe < prob_[lobe])) {
+  while (lobe + 1 < kLobes && !(u_lobe < prob_[lobe])) {
     u_lobe -= prob_[lobe++];
   }
-  if (!sample_lobe(static_cast<int>(lobe), u_lobe, u_dir, s)) {
+  if (!sample_lobe(static_cast<Lobe>(lobe), u_lobe, u_dir, s)) {
     return BsdfSample{};
   }
   respect_geometry(s);
@@ -312,10 +326,17 @@ BsdfSample Bsdf::sample(float u_lobe, Vec2 u_dir) const noexcept {
   return s;
 }
 
+bool Bsdf::is_delta(Delta delta) const noexcept {
+  return delta == Delta::kAlways || (delta != Delta::kNever && facets_.is_smooth) ||
+         (delta == Delta::kIfSmoothOrMatched && glass_ && glass_->is_index_matched());
+}
+
 float Bsdf::prob_delta() const noexcept {
-  const bool glass = facets_.is_smooth || (glass_ && glass_->is_index_matched());
-  return prob_[kSmoothCoat] + (facets_.is_smooth ? prob_[kSpecular] + prob_[kThin] : 0.0F) +
-         (glass ? prob_[kGlass] : 0.0F);
+  float sum = 0;
+  for (const LobeKind& kind : kLobeKinds) {
+    sum += is_delta(kind.delta) ? prob_[kind.lobe] : 0.0F;
+  }
+  return sum;
 }
 
 BsdfSample Bsdf::sample_delta(float u_lobe, Vec2 u_dir) const noexcept {

@@ -89,6 +89,25 @@ class Bsdf {
     kGlass,
     kLobes
   };
+  enum class Delta { kNever, kIfSmooth, kIfSmoothOrMatched, kAlways };
+  struct LobeKind {
+    Lobe lobe;
+    Delta delta;
+  };
+  /// One row per lobe, in the order of the enumerators.
+  static constexpr std::array<LobeKind, kLobes> kLobeKinds = {{
+      {kDiffuse, Delta::kNever},
+      {kDiffuseTransmission, Delta::kNever},
+      {kSheen, Delta::kNever},
+      {kRoughCoat, Delta::kNever},
+      {kSpecular, Delta::kIfSmooth},
+      {kThin, Delta::kIfSmooth},
+      {kSmoothCoat, Delta::kAlways},
+      {kGlass, Delta::kIfSmoothOrMatched},
+  }};
+  /// The order in which probabilities are added. Another one rounds differently.
+  static constexpr std::array<Lobe, kLobes> kSumOrder = {
+      kDiffuse, kSpecular, kThin, kGlass, kDiffuseTransmission, kRoughCoat, kSmoothCoat, kSheen};
 
   /// Adds diffuse transmission and returns its albedo. lambert: weight of the diffuse lobe.
   Rgb add_below(const BsdfParameters& p, const BsdfLayers& layers, float ior,
@@ -99,7 +118,8 @@ class Bsdf {
   BsdfEval evaluate_unfolded(Vec3 wi) const noexcept;
   void add_above(Vec3 wi, BsdfEval& out) const noexcept;
   void add_below(Vec3 wi, BsdfEval& out) const noexcept;
-  bool sample_lobe(int lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept;
+  bool is_delta(Delta delta) const noexcept;
+  bool sample_lobe(Lobe lobe, float u_lobe, Vec2 u, BsdfSample& s) const noexcept;
   void respect_geometry(BsdfSample& s) const noexcept;
 
   Facets facets_{};

@@ -35,10 +35,13 @@ struct BsdfLayers : SurfaceLayers {
   Rgb wavelengths_nm;  ///< wavelengths of the colour components; 0: red, green and blue
 };
 
+/// Cosine between two normals that differ by no more than rounding: 8 steps of a float below 1.
+inline constexpr float kSameNormal = 0.9999995F;
+
 /// Returns where the shading normal and the horizon, whose z is given, coincide.
 template <typename F>
 auto is_flat(F ng_z) noexcept {
-  return ng_z > 0.9999995F;
+  return ng_z > kSameNormal;
 }
 
 struct BsdfEval {

@@ -42,9 +42,7 @@ class Orders {
     const float y = of[2];
     const float z = of[3];
     const float k = 1 / 1.0685e-7F;
-    return {(3.2404542F * x - 1.5371385F * y - 0.4985314F * z) * k,
-            (-0.9692660F * x + 1.8760108F * y + 0.0415560F * z) * k,
-            (0.0556434F * x - 0.2040259F * y + 1.0572252F * z) * k};
+    return rgb_from_xyz(x, y, z) * k;
   }
 
  private:

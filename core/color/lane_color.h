@@ -29,7 +29,7 @@ Mask<N> is_not_black(Vec3s<N> c) {
 inline bool is_not_black(Rgb c) noexcept { return !is_black(c); }
 template <std::size_t N>
 Floats<N> luminance(Vec3s<N> c) {
-  return 0.2126F * c.x + 0.7152F * c.y + 0.0722F * c.z;
+  return kLuminance<float>[0] * c.x + kLuminance<float>[1] * c.y + kLuminance<float>[2] * c.z;
 }
 inline Rgb select(bool mask, Rgb yes, Rgb no) noexcept { return mask ? yes : no; }
 

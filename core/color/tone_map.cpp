@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/color/srgb.h"
+
 namespace core {
 namespace {
 
@@ -132,8 +134,7 @@ class SrgbSteps {
 std::span<const ToneMapEntry> tone_maps() { return kToneMaps; }
 
 float srgb_from_linear(float linear) noexcept {
-  const float v = std::min(usable(linear), 1.0F);
-  return v <= 0.0031308F ? 12.92F * v : 1.055F * std::pow(v, 1 / 2.4F) - 0.055F;
+  return srgb_encoded(std::min(usable(linear), 1.0F));
 }
 
 std::uint8_t srgb_byte(float linear) noexcept {
@@ -142,8 +143,7 @@ std::uint8_t srgb_byte(float linear) noexcept {
 }
 
 float linear_from_srgb(float encoded) noexcept {
-  const float v = std::min(usable(encoded), 1.0F);
-  return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
+  return srgb_decoded(std::min(usable(encoded), 1.0F));
 }
 
 Rgb before_srgb_curve(ToneMap tone_map, Rgb linear) noexcept {

@@ -16,6 +16,7 @@ Rgb color_matching(float nm) noexcept {
                   bell(-0.065F, 501.1F, 20.4F, 26.2F);
   const float y = bell(0.821F, 568.8F, 46.9F, 40.5F) + bell(0.286F, 530.9F, 16.3F, 31.1F);
   const float z = bell(1.217F, 437.0F, 11.8F, 36.0F) + bell(0.681F, 459.0F, 26.0F, 13.8F);
+  // As rgb_from_xyz(), written out: called here, the compiler rounds other products.
   return {3.2404542F * x - 1.5371385F * y - 0.4985314F * z,
           -0.9692660F * x + 1.8760108F * y + 0.0415560F * z,
           0.0556434F * x - 0.2040259F * y + 1.0572252F * z};

@@ -21,11 +21,7 @@ struct Table {
     std::array<double, 3> white{};
     for (std::size_t i = 0; i < kNodes; ++i) {
       const CieRow& row = kCieRows[i];
-      // Source of the matrix: the inverse of IEC 61966-2-1.
-      seen[i] = Rgb{3.2404542F * row.x - 1.5371385F * row.y - 0.4985314F * row.z,
-                    -0.9692660F * row.x + 1.8760108F * row.y + 0.0415560F * row.z,
-                    0.0556434F * row.x - 0.2040259F * row.y + 1.0572252F * row.z} *
-                row.d65;
+      seen[i] = rgb_from_xyz(row.x, row.y, row.z) * row.d65;
       const double width = static_cast<double>(kCieStepNm) * (i == 0 || i + 1 == kNodes ? 0.5 : 1);
       for (int c = 0; c < 3; ++c) {
         white[static_cast<std::size_t>(c)] += width * static_cast<double>(seen[i][c]);

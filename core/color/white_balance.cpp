@@ -12,9 +12,13 @@ namespace {
 using Triple = std::array<double, 3>;
 using Matrix = std::array<Triple, 3>;  // rows
 
-constexpr Matrix kRgbFromXyz = {{{3.2404542, -1.5371385, -0.4985314},
-                                 {-0.9692660, 1.8760108, 0.0415560},
-                                 {0.0556434, -0.2040259, 1.0572252}}};
+constexpr Matrix transposed(const Matrix& m) {
+  return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
+}
+
+constexpr Matrix kRgbFromXyz =
+    transposed({rgb_from_xyz<Triple>(1.0, 0.0, 0.0), rgb_from_xyz<Triple>(0.0, 1.0, 0.0),
+                rgb_from_xyz<Triple>(0.0, 0.0, 1.0)});
 constexpr Matrix kBradford = {
     {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
 

@@ -31,9 +31,10 @@ using Triple = std::array<double, 3>;
 
 /// IEC 61966-2-1.
 Triple xyz_from_rgb(const Triple& c) {
-  return {0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2],
-          0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2],
-          0.0193 * c[0] + 0.1192 * c[1] + 0.9505 * c[2]};
+  return {
+      0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2],
+      kLuminance<double>[0] * c[0] + kLuminance<double>[1] * c[1] + kLuminance<double>[2] * c[2],
+      0.0193 * c[0] + 0.1192 * c[1] + 0.9505 * c[2]};
 }
 
 /// Inverse of xyz_from_rgb() by Cramer's rule.

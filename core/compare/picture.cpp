@@ -13,8 +13,6 @@
 namespace core {
 namespace {
 
-constexpr std::array<float, 3> kLuminance = {0.2126F, 0.7152F, 0.0722F};
-
 /// A stored number and its rounding interval; both linear.
 struct Stored {
   float value = 0;
@@ -187,7 +185,7 @@ Result<Picture> picture_of(const Image& image) {
     for (std::size_t c = 0; c < 3; ++c) {
       rgb[c] = stored_value(image, i * stride + (stride >= 3 ? c : 0), halves);
       // Uniform over a step: variance is its square over 12.
-      const float deviation = kLuminance[c] * rgb[c].step;
+      const float deviation = kLuminance<float>[c] * rgb[c].step;
       picture.rounding_variance[i] += deviation * deviation / 12;
     }
     picture.values[i] = Rgb{rgb[0].value, rgb[1].value, rgb[2].value} * coverage(image, i);

@@ -99,6 +99,8 @@ struct MaterialDescription : SurfaceLayers {
   bool bounds_solids() const noexcept {
     return (transmission > 0 || diffuse_transmission > 0) && thickness > 0;
   }
+  /// Returns whether the back emits as the front does, if the material emits.
+  bool emits_from_both_sides() const noexcept { return double_sided || unlit; }
 };
 
 /// Triangles of one material. All attribute arrays are empty or as long as positions.

@@ -18,7 +18,7 @@ struct FirstHitPixel {
   std::uint32_t primitive = 0;  ///< 1 + index among the primitives of all meshes
   Vec3 position;                ///< world, metres
   Vec2 uv;                      ///< first texture coordinate set
-  Vec2 motion;                  ///< MotionTarget::motion()
+  Vec2 motion;                  ///< Motion::of()
 };
 
 /// Cryptomatte ids stored per pixel: six ranks in three layers, the usual depth.

@@ -18,7 +18,7 @@ constexpr double kOfOne = 5.572;
 constexpr double kMarked = 0.25;
 
 double luminance_of(const std::array<double, 3>& c) {
-  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+  return kLuminance<double>[0] * c[0] + kLuminance<double>[1] * c[1] + kLuminance<double>[2] * c[2];
 }
 
 }  // namespace

@@ -265,7 +265,7 @@ bool integrator_has_prepass(const RenderSettings& settings) {
 
 PixelErrors pixel_errors(const RenderSettings& settings) {
   const bool shares =
-      settings.light_sampler == LightSamplerType::kRestir && settings.light_block > 1;
+      light_reuse(settings.light_sampler) == LightReuse::kShare && settings.light_block > 1;
   return settings.sampler == SamplerType::kZsobol || shares || integrator_splats(settings) ||
                  integrator_has_prepass(settings)
              ? PixelErrors::kCorrelated

@@ -64,10 +64,10 @@ constexpr Trait kNoLightSamples = {
       return kBlindDirections.is_on(job) || job.settings.estimator.strategy == Strategy::kBsdf;
     }};
 constexpr Trait kRis = {"/light_sampler/type", "light sampler 'ris'", [](const Job& job) {
-                          return job.settings.light_sampler == LightSamplerType::kRis;
+                          return light_reuse(job.settings.light_sampler) == LightReuse::kResample;
                         }};
 constexpr Trait kRestir = {"/light_sampler/type", "light sampler 'restir'", [](const Job& job) {
-                             return job.settings.light_sampler == LightSamplerType::kRestir;
+                             return light_reuse(job.settings.light_sampler) == LightReuse::kShare;
                            }};
 constexpr Trait kFog = {"/medium", "a medium",
                         [](const Job& job) { return job.settings.fog.has_value(); }};

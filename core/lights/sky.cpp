@@ -113,10 +113,9 @@ Rgb Sky::above(Vec3 d) const {
   const auto cx = static_cast<float>(x / y * big_y);
   const auto cy = static_cast<float>(big_y);
   const auto cz = static_cast<float>((1 - x - y) / y * big_y);
-  // Rec.709 from CIE XYZ (IEC 61966-2-1); out-of-gamut values are clipped.
-  return {std::max(3.2404542F * cx - 1.5371385F * cy - 0.4985314F * cz, 0.0F),
-          std::max(-0.9692660F * cx + 1.8760108F * cy + 0.0415560F * cz, 0.0F),
-          std::max(0.0556434F * cx - 0.2040259F * cy + 1.0572252F * cz, 0.0F)};
+  // Out-of-gamut values are clipped.
+  const Rgb c = rgb_from_xyz(cx, cy, cz);
+  return {std::max(c.r, 0.0F), std::max(c.g, 0.0F), std::max(c.b, 0.0F)};
 }
 
 Rgb Sky::radiance(Vec3 direction) const {

@@ -22,7 +22,7 @@ class BentNormal {
         n_(seen.shading().frame.n),
         cosine_(dot(ng_, n_)),
         both_sides_(seen.bsdf().transmits()) {
-    if (cosine_ < 0.9999995F) {  // more than rounding
+    if (cosine_ < kSameNormal) {
       share_ = 0.5F * (1 - cosine_);
       frame_ = frame_from_normal_tangent(ng_, n_ - ng_ * cosine_);
       const Shading& s = seen.shading();

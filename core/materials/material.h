@@ -64,6 +64,9 @@ struct Material {
   Medium medium;  ///< interior medium
 };
 
+/// What the lanes of core/wave do with a texture. kByFactor: refuse it if its factor is not 0.
+enum class MapInLanes { kRefused, kRead, kByFactor };
+
 /// The textures of a material, one row each. Whatever checks, numbers or resolves them walks the
 /// rows.
 struct MaterialMap {
@@ -72,26 +75,33 @@ struct MaterialMap {
   bool is_color = false;        ///< stored as sRGB
   bool is_layer = false;        ///< of BsdfLayers: only if the material has any of them
   bool is_shaded = true;        ///< read by shade()
+  MapInLanes in_lanes = MapInLanes::kRefused;  ///< if is_shaded
 };
 
 inline constexpr std::array kMaterialMaps = {
-    MaterialMap{&MaterialDescription::base_color_texture, &Material::base_color, true},
-    MaterialMap{&MaterialDescription::metallic_roughness_texture, &Material::metallic_roughness},
-    MaterialMap{&MaterialDescription::normal_texture, &Material::normal},
+    MaterialMap{&MaterialDescription::base_color_texture, &Material::base_color, true, false, true,
+                MapInLanes::kRead},
+    MaterialMap{&MaterialDescription::metallic_roughness_texture, &Material::metallic_roughness,
+                false, false, true, MapInLanes::kRead},
+    MaterialMap{&MaterialDescription::normal_texture, &Material::normal, false, false, true,
+                MapInLanes::kRead},
     MaterialMap{&MaterialDescription::emissive_texture, &Material::emissive, true, false, false},
     MaterialMap{&MaterialDescription::specular_texture, &Material::specular},
     MaterialMap{&MaterialDescription::specular_color_texture, &Material::specular_color, true},
     MaterialMap{&MaterialDescription::transmission_texture, &Material::transmission},
     MaterialMap{&MaterialDescription::thickness_texture, nullptr},
-    MaterialMap{&MaterialDescription::anisotropy_texture, &Material::anisotropy},
-    MaterialMap{&MaterialDescription::clearcoat_texture, &Material::clearcoat, false, true},
+    MaterialMap{&MaterialDescription::anisotropy_texture, &Material::anisotropy, false, false, true,
+                MapInLanes::kByFactor},
+    MaterialMap{&MaterialDescription::clearcoat_texture, &Material::clearcoat, false, true, true,
+                MapInLanes::kRead},
     MaterialMap{&MaterialDescription::clearcoat_roughness_texture, &Material::clearcoat_roughness,
-                false, true},
+                false, true, true, MapInLanes::kRead},
     MaterialMap{&MaterialDescription::clearcoat_normal_texture, &Material::clearcoat_normal, false,
-                true},
-    MaterialMap{&MaterialDescription::sheen_color_texture, &Material::sheen_color, true, true},
+                true, true, MapInLanes::kRead},
+    MaterialMap{&MaterialDescription::sheen_color_texture, &Material::sheen_color, true, true, true,
+                MapInLanes::kRead},
     MaterialMap{&MaterialDescription::sheen_roughness_texture, &Material::sheen_roughness, false,
-                true},
+                true, true, MapInLanes::kRead},
     MaterialMap{&MaterialDescription::iridescence_texture, &Material::iridescence, false, true},
     MaterialMap{&MaterialDescription::iridescence_thickness_texture,
                 &Material::iridescence_thickness, false, true},

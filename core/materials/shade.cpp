@@ -326,7 +326,8 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
   if (f.unlit) {
     return unlit(material, at);
   }
-  if (!material.is_emissive || (!f.double_sided && dot(point.normal_geometric, wo_world) <= 0)) {
+  if (!material.is_emissive ||
+      (!f.emits_from_both_sides() && dot(point.normal_geometric, wo_world) <= 0)) {
     return {};
   }
   Rgb out = f.emissive;

@@ -427,7 +427,7 @@ class Builder {
       light.placed = placed;
       light.triangle = t;
       light.instance = number;
-      light.two_sided = material.factors.double_sided || material.factors.unlit;
+      light.two_sided = material.factors.emits_from_both_sides();
       light.is_coated = material.factors.clearcoat > 0 && !material.factors.unlit;
       light.varies = light.is_coated || varies_over_surface(mesh, material);
       light.radiance = mean_emission_.of(light);

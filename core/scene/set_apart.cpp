@@ -201,7 +201,7 @@ class Apart {
           // What emits on one side is seen from there; other meshes are seen where the front is of
           // what they lie on.
           const MaterialDescription& m = scene_.materials[scene_.meshes[mesh].material].factors;
-          const bool is_by_own = now == Rank::kEmits && !m.double_sided && !m.unlit;
+          const bool is_by_own = now == Rank::kEmits && !m.emits_from_both_sides();
           shift(scene_.meshes[mesh],
                 (is_by_own || side >= 0 ? moved_m[mesh] : -moved_m[mesh]) / scale);
         }

@@ -139,7 +139,7 @@ std::optional<PrimitiveDescription> GltfMeshes::backs_of(PrimitiveDescription& p
     return {};  // glTF's default material is opaque, and does not emit
   }
   const MaterialDescription& m = scene_.materials[static_cast<std::size_t>(primitive.material)];
-  const bool is_one_sided_emitter = !is_black(m.emissive) && !m.double_sided && !m.unlit;
+  const bool is_one_sided_emitter = !is_black(m.emissive) && !m.emits_from_both_sides();
   if (!m.bounds_solids() && !is_one_sided_emitter) {
     return {};
   }

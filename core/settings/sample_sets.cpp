@@ -20,7 +20,7 @@ int rounded_samples(SamplerType sampler, int replicates, int samples_per_pixel) 
 
 int shared_window(const RenderSettings& settings) {
   const bool shares =
-      settings.light_sampler == LightSamplerType::kRestir && settings.light_history > 1;
+      light_reuse(settings.light_sampler) == LightReuse::kShare && settings.light_history > 1;
   return shares ? settings.light_history * settings.replicates : 1;
 }
 

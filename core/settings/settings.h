@@ -104,6 +104,18 @@ enum class SamplerType {
 enum class PixelErrors { kIndependent, kCorrelated };
 /// kMeasured: settle() replaces it by kTree or kRis.
 enum class LightSamplerType { kUniform, kPower, kTree, kRis, kRestir, kMeasured };
+/// How a light sample depends on others. How each of them is picked: light_pick() of
+/// core/light_samplers/light_sampler.h.
+enum class LightReuse {
+  kNone,
+  kResample,  ///< one of several candidates of the path
+  kShare      ///< at the first surface one of the samples of several paths
+};
+constexpr LightReuse light_reuse(LightSamplerType type) noexcept {
+  return type == LightSamplerType::kRis      ? LightReuse::kResample
+         : type == LightSamplerType::kRestir ? LightReuse::kShare
+                                             : LightReuse::kNone;
+}
 
 enum class ControlVariateType { kNone, kAnalytic, kRegression };
 

@@ -3,25 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/color/srgb.h"
 #include "core/image_io/radiance.h"
 #include "core/math/area_cover.h"
 
 namespace core {
 namespace {
 
-float srgb_to_linear(float c) {
-  return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
-}
-
-float linear_to_srgb(float c) {
-  return c <= 0.0031308F ? c * 12.92F : 1.055F * std::pow(c, 1 / 2.4F) - 0.055F;
-}
-
 std::array<float, 256> make_table(bool srgb) {
   std::array<float, 256> table{};
   for (std::size_t i = 0; i < table.size(); ++i) {
     const float c = static_cast<float>(i) / 255.0F;
-    table[i] = srgb ? srgb_to_linear(c) : c;
+    table[i] = srgb ? srgb_decoded(c) : c;
   }
   return table;
 }
@@ -43,12 +36,12 @@ class SrgbEncoder {
  public:
   SrgbEncoder() {
     for (std::size_t k = 0; k + 1 < least_.size(); ++k) {
-      least_[k] = srgb_to_linear((static_cast<float>(k) + 0.5F) / 255.0F);
+      least_[k] = srgb_decoded((static_cast<float>(k) + 0.5F) / 255.0F);
     }
     least_.back() = 2;
     for (std::size_t i = 0; i < below_.size(); ++i) {
       below_[i] = static_cast<std::uint8_t>(
-          to_byte(linear_to_srgb(static_cast<float>(i) / static_cast<float>(kParts))));
+          to_byte(srgb_encoded(static_cast<float>(i) / static_cast<float>(kParts))));
     }
   }
   /// c: in [0, 1].
@@ -210,7 +203,7 @@ PagedVector<Vec4> linear_texels(const Image& image, bool srgb) {
   const bool decode = srgb && image.type != PixelType::kF32;
   const auto value = [&](std::size_t k) {
     const float c = stored_value(image, k);
-    return decode ? srgb_to_linear(c) : c;
+    return decode ? srgb_decoded(c) : c;
   };
   PagedVector<Vec4> texels(image.value_count() / channels);
   for (std::size_t i = 0; i < texels.size(); ++i) {

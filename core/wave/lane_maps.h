@@ -16,37 +16,29 @@
 
 namespace core {
 
-/// The slots that lanes read. All other slots of the material must be empty, and these must use the
-/// same coordinates and transform.
-inline std::array<const TextureSlot*, 8> mapped_slots(const Material& m) {
-  return {&m.base_color,       &m.metallic_roughness,  &m.normal,      &m.clearcoat,
-          &m.clearcoat_normal, &m.clearcoat_roughness, &m.sheen_color, &m.sheen_roughness};
-}
+/// Returns the first texture of the material that lanes read; null: there is none.
 inline const TextureSlot* first_mapped(const Material& m) {
-  const TextureSlot* first = nullptr;
-  for (const TextureSlot* slot : mapped_slots(m)) {
-    if (slot->texture != nullptr && first == nullptr) {
-      first = slot;
+  for (const MaterialMap& map : kMaterialMaps) {
+    if (map.in_lanes == MapInLanes::kRead && (m.*map.slot).texture != nullptr) {
+      return &(m.*map.slot);
     }
   }
-  return first;
+  return nullptr;
 }
-/// Returns whether lanes can read the material's textures.
+/// Returns whether lanes can read the material's textures, all at the same coordinates and with the
+/// same transform. Does not look at its factors.
 inline bool is_mapped(const Material& m) {
   const TextureSlot* first = first_mapped(m);
-  if (first == nullptr || first->description.nearest || m.specular.texture != nullptr ||
-      m.specular_color.texture != nullptr || m.transmission.texture != nullptr ||
-      m.diffuse_transmission.texture != nullptr ||
-      m.diffuse_transmission_color.texture != nullptr || m.iridescence.texture != nullptr ||
-      m.iridescence_thickness.texture != nullptr) {
+  if (first == nullptr || first->description.nearest) {
     return false;
   }
-  for (const TextureSlot* slot : mapped_slots(m)) {
-    if (slot->texture != nullptr && slot->places != first->places) {
-      return false;
+  return std::ranges::all_of(kMaterialMaps, [&](const MaterialMap& map) {
+    if (map.slot == nullptr || !map.is_shaded || (m.*map.slot).texture == nullptr) {
+      return true;
     }
-  }
-  return true;
+    return map.in_lanes == MapInLanes::kByFactor ||
+           (map.in_lanes == MapInLanes::kRead && (m.*map.slot).places == first->places);
+  });
 }
 
 /// The textures of a mapped material; null where absent.

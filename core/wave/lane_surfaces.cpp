@@ -123,7 +123,7 @@ struct LaneSurfaces::Rows {
   unsigned smooth = 0;
   unsigned moved = 0;          ///< those of `turned`
   unsigned round[2] = {0, 0};  ///< MeshData::round_sides: front, back
-  unsigned double_sided = 0;
+  unsigned emits_from_both_sides = 0;
 
   Rows() {
     for (std::size_t k = 0; k < N; ++k) {
@@ -199,7 +199,7 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                        &m,
                        same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()),
                        m.is_clear,
-                       m.factors.double_sided,
+                       m.factors.emits_from_both_sides(),
                        shines_alone(m),
                        has_layers,
                        is_wall,
@@ -310,7 +310,7 @@ void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh,
   rows.material[k] = mesh.row->at;
   rows.light[k] = static_cast<std::int32_t>(
       mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
-  rows.double_sided |= mesh.is_double_sided ? 1U << k : 0U;
+  rows.emits_from_both_sides |= mesh.emits_from_both_sides ? 1U << k : 0U;
   add_face(rows, k, mesh, hit, instance);
   const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
   if (mesh.normals != nullptr) {
@@ -592,7 +592,7 @@ template <std::size_t N>
   s.alpha = c[1][1];
   s.f0 = {c[1][2], c[1][3], c[2][0]};
   s.f90 = c[2][1];
-  const Mask<N> emits = (cos_front > zero) | Mask<N>::of(rows.double_sided);
+  const Mask<N> emits = (cos_front > zero) | Mask<N>::of(rows.emits_from_both_sides);
   out.emitted = {select(emits, c[2][2], zero), select(emits, c[2][3], zero),
                  select(emits, c[3][0], zero)};
   out.light = load<N>(rows.light);

@@ -110,7 +110,7 @@ class LaneSurfaces {
     const Material* material;
     float coverage;  ///< everywhere; negative: it may vary
     bool is_clear;
-    bool is_double_sided;
+    bool emits_from_both_sides;
     bool shines_alone;  ///< emission is evaluated lane by lane
     bool has_layers;    ///< clearcoat or sheen
     bool is_wall;       ///< transmits without a solid

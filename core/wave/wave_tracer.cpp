@@ -517,6 +517,10 @@ template <std::size_t N, typename Options>
           wave, first + k, at.met, k, [&] { return scene_.placed_mesh(hits[k]).group; }, depth);
     }
   }
+  if (scene_.has_clear) {
+    on &=
+        (null_scatterings(paths.null_scatterings, first) < Ints<N>(kNullScatteringMax + 1)).bits();
+  }
   if (on == 0) {
     return;
   }
@@ -599,8 +603,7 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
   const Vec3s<N>* last_normal = at.light_normal;
   if (!kCatches && at.met.wall != 0) {
     // Emitters behind clear surfaces are weighted as seen from before them.
-    alive = alive & (sample.is_null | at.may_scatter) &
-            (at.null_scatterings < Ints<N>(kNullScatteringMax + 1));
+    alive = alive & (sample.is_null | at.may_scatter);
     pdf_bsdf = select(sample.is_null, at.last.pdf_bsdf, pdf_bsdf);
     kept_origin = select(sample.is_null, at.last.origin, s.origin);
     kept_normal = select(sample.is_null, at.last.normal, *at.light_normal);

@@ -88,7 +88,7 @@ TEST(Irradiance, ConstantSkyMatchesTheClosedForm) {
   for (const auto& v : test_support::variants()) {
     test_support::apply(v, view);
     // Pixels that share light samples have noise in common.
-    const bool shares = v.light_sampler == core::LightSamplerType::kRestir;
+    const bool shares = light_reuse(v.light_sampler) == core::LightReuse::kShare;
     expect_truth(test_support::render(view, 128), 1, shares ? 1.5e-3 : 5e-4, v.name);
   }
 }

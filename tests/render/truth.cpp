@@ -11,8 +11,7 @@ std::vector<Variant> variants() {
       Variant v{std::string(strategy.name) + "/" + std::string(lights.name), {}};
       v.estimator.strategy = strategy.value;
       v.light_sampler = lights.value;
-      const bool resamples = lights.value == core::LightSamplerType::kRis ||
-                             lights.value == core::LightSamplerType::kRestir;
+      const bool resamples = light_reuse(lights.value) != core::LightReuse::kNone;
       if (is_blind(v) && resamples) {
         continue;  // light samples of punctual lights: same as for the others
       }

@@ -333,6 +333,9 @@ TEST(LightSampler, TypesThatReuseSamplesPickByTheTree) {
        {LightSamplerType::kTree, LightSamplerType::kRis, LightSamplerType::kRestir}) {
     EXPECT_EQ(core::light_pick(type), LightPick::kTree);
   }
+  EXPECT_EQ(core::light_reuse(LightSamplerType::kTree), core::LightReuse::kNone);
+  EXPECT_EQ(core::light_reuse(LightSamplerType::kRis), core::LightReuse::kResample);
+  EXPECT_EQ(core::light_reuse(LightSamplerType::kRestir), core::LightReuse::kShare);
 }
 
 TEST(LightSampler, SampleReportsTheDensityOfPdfTriangle) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks rules that a compiler cannot: includes by layer, file and line length, banned words,
-citations.
+citations, and files and functions that comments name.
 
 Run from the repository root; exits 1 and lists every fault. --self-test plants one fault of each
 kind and exits 1 if one is not detected. --numbers writes the last column of
@@ -65,6 +65,7 @@ RENDERS_LOCALLY = {"clients/cli/convert.cpp", "clients/cli/converted_model.cpp",
                    "clients/cli/render_job.cpp", "clients/cli/render_job.h",
                    "clients/worker/worker.cpp", "clients/worker/worker_jobs.cpp",
                    "clients/worker/worker_jobs.h"}
+NEEDS_NO_RENDERER = ["core/base", "core/color/srgb.h"]
 # Third-party header -> the only folders (or files) that may include it.
 CONFINED = {
     "httplib.h": ["server/http", "clients/cli", "clients/worker", "tests"],
@@ -151,6 +152,18 @@ WORDS_IN = {"core": WORDS | {r"lamps?": "light, or emitter"},
             **dict.fromkeys(("server", "api", "clients/cli", "tests"), WORDS)}
 COMMENT = re.compile(r"(?<![:\"])//(.*)$")
 COMMENT_LINES = re.compile(COMMENT.pattern, re.MULTILINE)
+# A comment, or a literal, which may contain the marks of one.
+COMMENT_OR_LITERAL = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)'""",
+    re.DOTALL)
+NAMED_FUNCTION = re.compile(r"(?<![\w:])((?:\w+::)*[A-Za-z_]\w*)\(\)")
+FUNCTION = re.compile(r"\b(\w+)(?:<[^;{}()]*>)?\(")
+# Functions that comments name and that other texts define.
+FOREIGN_FUNCTIONS = {
+    "hash52": "Khronos Data Format Specification",
+    "select_partition": "Khronos Data Format Specification",
+    "increase": "Prometheus",
+}
 TEST_NAME = re.compile(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)")
 # May print: stops the process if our own code is wrong.
 PRINTS = {"core/base/check.h"}
@@ -174,6 +187,7 @@ NO_FUNCTION = re.compile(r"\s*(?:[{}]|(?:if|for|while|switch|else|do|try|case|de
                          r"namespace|class|struct|enum|union|extern)\b)")
 THIS = "tests/tidy/tidy_test.py"
 ROOTS = ("core", "api", "server", "clients/cli", "clients/worker", "tests")
+PRODUCT = ("core", "api", "server", "clients")
 TOP_LEVEL = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "server", "core", "api",
              "clients", "tests", "docker", "build"}
 
@@ -238,6 +252,31 @@ def path_faults(path: str, text: str, tree: set):
         named |= set(NAMED_SOURCE.findall(comments)) - {name.rsplit("/", 1)[-1] for name in tree}
     for name in sorted(named):
         yield f"{path}: names {name}, which is not in the tree"
+
+
+def code_of(text: str) -> str:
+    return COMMENT_OR_LITERAL.sub(" ", text)
+
+
+def known_names(texts):
+    """The functions in the code of all texts, and all words of each."""
+    codes = [code_of(text) for text in texts]
+    return ({name for code in codes for name in FUNCTION.findall(code)},
+            [set(re.findall(r"\w+", code)) for code in codes])
+
+
+def function_name_faults(path: str, text: str, functions: set, words):
+    """Functions that comments name, as name() or scope::name(). The code of some file must contain
+    the name together with its scope. functions, words: of known_names()."""
+    for comment in COMMENT_OR_LITERAL.finditer(text):
+        if not comment.group().startswith("/"):
+            continue
+        for name in NAMED_FUNCTION.findall(comment.group()):
+            parts = name.split("::")
+            is_known = parts[-1] in functions and any(file.issuperset(parts) for file in words)
+            if not is_known and name not in FOREIGN_FUNCTIONS:
+                number = text.count("\n", 0, comment.start()) + 1
+                yield f"{path}:{number}: names {name}(), which is not in the code"
 
 
 def stems(text: str):
@@ -378,7 +417,7 @@ def include_faults(path: str, text: str):
             allowed = ", ".join(LAYERS[me]) or "nothing"
             yield f"{path}: may not include \"{name}\" ({me} -> {allowed})"
         if me == "clients/cli" and path not in RENDERS_LOCALLY:
-            if inside(name, "core") and not inside(name, "core/base"):
+            if inside(name, "core") and not any(inside(name, c) for c in NEEDS_NO_RENDERER):
                 yield f"{path}: only the local render may include \"{name}\""
 
 
@@ -465,6 +504,12 @@ def all_faults():
     for page, folders in ROOMS.items():
         found += room_faults(page, pathlib.Path(page).read_text(encoding="utf-8"),
                              {f: beginnings(f"{page.split('/', 1)[0]}/{f}") for f in folders})
+    product = {file.as_posix(): file.read_text(encoding="utf-8") for file in files
+               if file.suffix in (".h", ".cpp") and any(
+                   inside(file.as_posix(), root) for root in PRODUCT)}
+    functions, words = known_names(product.values())
+    for path, text in product.items():
+        found += function_name_faults(path, text, functions, words)
     for file in files:
         path = file.as_posix()
         if not is_source(file) and file.suffix != ".md" and file.name != "CMakeLists.txt":
@@ -594,6 +639,13 @@ def self_test() -> int:
             missed.append(f"not seen: a comment that names no file: {comment}")
     missed += [f"false alarm: {fault}" for fault in path_faults(
         "core/a.h", "// See core/math/a.h. As a.h does.", {"core/math/a.h"})]
+    named = known_names(["class A { int f(); };  // old()\n",
+                         'int g() { return "h()" != x; }\n'])
+    for comment in ("// As old().", "/// As A::g().", "int f();  ///< h()", "/* See A::x(). */"):
+        if not any(function_name_faults("core/a.h", comment, *named)):
+            missed.append(f"not seen: a comment that names no function: {comment}")
+    missed += [f"false alarm: {fault}" for fault in function_name_faults(
+        "core/a.h", '// As g() and A::f(), by hash52() of f(x).\nauto s = "// old()";\n', *named)]
     if not any(unlisted_faults(["tests/a_test.cpp"], "  aa_test.cpp\n")):
         missed.append("not seen: a source in no list")
     for rooms in ({"math": "/// Vectors.", "base": ""}, {"math": "/// Vector. And matrices."}):
@@ -603,7 +655,7 @@ def self_test() -> int:
                            {"math": "/// Vectors."})):
         missed.append("not seen: a folder whose headers do not say what the page says")
     planted = len(PLANTED) + len(PLANTED_LINES) + len(PLANTED_CITATIONS)
-    planted += len(PLANTED_NUMBERS) + 6
+    planted += len(PLANTED_NUMBERS) + 10
     print("\n".join(missed) or f"tidy self-test: {planted} planted faults seen")
     return 1 if missed else 0
 

@@ -113,8 +113,9 @@ HemisphereLight gathered(const HemisphereGrid& grid, std::span<const HemisphereS
 }
 
 void limit_radius(IrradianceRecord& record, float least_m, float most_m) noexcept {
-  const Vec3 slope = record.gradients.by_move[0] * 0.2126F + record.gradients.by_move[1] * 0.7152F +
-                     record.gradients.by_move[2] * 0.0722F;
+  const Vec3 slope = record.gradients.by_move[0] * kLuminance<float>[0] +
+                     record.gradients.by_move[1] * kLuminance<float>[1] +
+                     record.gradients.by_move[2] * kLuminance<float>[2];
   const float steepness = length(slope);
   float radius_m = record.radius_m;
   if (steepness > 0) {

@@ -11,9 +11,9 @@ StudyOptions::StudyOptions(const RenderSettings& s)
       control_variate(s.estimator.control_variate),
       fit(fit_type(s)),
       shadow_threshold(roulette == RouletteType::kThreshold ? s.estimator.roulette_delta : 0.0F),
-      candidates(s.light_sampler == LightSamplerType::kRis ? s.light_candidates : 1),
-      first_candidates(s.light_sampler == LightSamplerType::kRestir ? s.block_candidates
-                                                                    : candidates),
+      candidates(light_reuse(s.light_sampler) == LightReuse::kResample ? s.light_candidates : 1),
+      first_candidates(light_reuse(s.light_sampler) == LightReuse::kShare ? s.block_candidates
+                                                                          : candidates),
       expected_values(s.estimator.expected_values),
       split_count(s.estimator.splitting == SplittingType::kFixed ? s.estimator.split_count : 1),
       max_depth(s.max_depth) {}
@@ -28,7 +28,7 @@ bool has_default_estimators(const RenderSettings& settings) {
   return asked.strategy == D::strategy && power_of_two && asked.roulette == D::roulette &&
          asked.control_variate == D::control_variate && asked.fit == D::fit &&
          asked.expected_values == D::expected_values &&
-         settings.light_sampler != LightSamplerType::kRestir;
+         light_reuse(settings.light_sampler) != LightReuse::kShare;
 }
 
 bool DefaultOptions::serves(const RenderSettings& settings) {
@@ -49,7 +49,7 @@ SkyDensity sky_density(const RenderSettings& settings) {
   const bool stands_alone = asked.fit == FitType::kNone && asked.candidates == 1 &&
                             asked.first_candidates == 1 &&
                             asked.control_variate == ControlVariateType::kNone &&
-                            settings.light_sampler != LightSamplerType::kRestir;
+                            light_reuse(settings.light_sampler) != LightReuse::kShare;
   return asked.strategy == Strategy::kMis && stands_alone ? SkyDensity::kCompensated
                                                           : SkyDensity::kRadiance;
 }

@@ -56,7 +56,7 @@ class PathTracer final : public Integrator {
         options_(input.settings),
         ledger_(input),
         aims_in_media_(input.aims_in_media),
-        shares_lights_(input.settings.light_sampler == LightSamplerType::kRestir &&
+        shares_lights_(light_reuse(input.settings.light_sampler) == LightReuse::kShare &&
                        samples_lights()) {
     if (input.settings.fog) {
       fog_.emplace(*input.settings.fog, scene_.center, scene_.radius_m, scene_.origin.y);

@@ -23,6 +23,7 @@
 #include <nlohmann/json.hpp>
 #include <zlib.h>
 
+#include "core/color/srgb.h"
 #include "core/scene_io/glb_writer.h"
 #include "core/scene_io/gltf_json.h"
 
@@ -217,10 +218,6 @@ std::string unit_of_3mf(const Bytes& file) {
   return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
 }
 
-double linear_of(double shown) {  // IEC 61966-2-1
-  return shown <= 0.04045 ? shown / 12.92 : std::pow((shown + 0.055) / 1.055, 2.4);
-}
-
 class Writer {
  public:
   Writer(const aiScene& scene, const Convention& convention, double metres, Files& files,
@@ -252,7 +249,7 @@ class Writer {
  private:
   double color(double value) const {
     const double within = std::clamp(value, 0.0, 1.0);
-    return convention_.has_linear_colors ? within : linear_of(within);
+    return convention_.has_linear_colors ? within : srgb_decoded(within);
   }
 
   template <typename Color>
@@ -438,7 +435,7 @@ class Writer {
       attributes["COLOR_0"] = accessor<4>(count, "VEC4", [&](unsigned i) {
         const aiColor4D& c = mesh.mColors[0][i];
         const auto linear = [](float value) {
-          return static_cast<float>(linear_of(std::clamp(static_cast<double>(value), 0.0, 1.0)));
+          return static_cast<float>(srgb_decoded(std::clamp(static_cast<double>(value), 0.0, 1.0)));
         };
         return std::array{linear(c.r), linear(c.g), linear(c.b), c.a};
       });

@@ -12,6 +12,7 @@
 #include "core/settings/choices.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_environment.h"
+#include "core/wave/lane_maps.h"
 #include "core/wave/lane_sampler.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/scenes.h"
@@ -237,6 +238,37 @@ TEST(WaveLanes, CompressKeepsTheOrderOfSelectedLanes) {
       if ((taken >> k & 1U) != 0) {
         EXPECT_EQ(to[at++], from[k]);
       }
+    }
+  }
+}
+
+TEST(WaveLanes, RefuseAMaterialWithATextureThatTheyDoNotRead) {
+  using core::Material;
+  core::Image image;
+  image.width = image.height = 1;
+  image.channels = 3;
+  image.bytes.resize(3);
+  const auto texture = core::Texture::create(image, false);
+  // Those that apply_maps() and read_layers() read; that of emission, which is added apart; and
+  // that of anisotropy, which has no effect without its factor.
+  const std::vector<core::TextureSlot Material::*> known = {
+      &Material::base_color,  &Material::metallic_roughness,  &Material::normal,
+      &Material::clearcoat,   &Material::clearcoat_roughness, &Material::clearcoat_normal,
+      &Material::sheen_color, &Material::sheen_roughness,     &Material::emissive,
+      &Material::anisotropy};
+  for (const core::MaterialMap& map : core::kMaterialMaps) {
+    if (map.slot == nullptr) {
+      continue;
+    }
+    Material m;
+    m.base_color.texture = (m.*map.slot).texture = texture.get();
+    m.base_color.places = (m.*map.slot).places = 1;
+    const bool is_known = std::find(known.begin(), known.end(), map.slot) != known.end();
+    EXPECT_EQ(core::is_mapped(m), is_known) << &map - core::kMaterialMaps.data();
+    if (is_known && map.in_lanes == core::MapInLanes::kRead) {
+      (m.*map.slot).description.nearest = true;
+      m.base_color.description.nearest = true;
+      EXPECT_FALSE(core::is_mapped(m));
     }
   }
 }

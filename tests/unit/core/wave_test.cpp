@@ -12,6 +12,7 @@
 
 #include "core/math/lane_math.h"
 #include "core/render/picture/tile_fill.h"
+#include "core/transport/path_state.h"
 #include "core/wave/lane_bsdf.h"
 #include "core/wave/wave_tracer.h"
 #include "tests/support/bsdf_cases.h"
@@ -405,6 +406,35 @@ TEST(Waves, AgreeWithScalarPathsOnWallsAndLeaves) {
   }
   // The planted fault.
   EXPECT_GT(differing(walls(0.8F), 8, all), 0.05);
+}
+
+/// Clear walls, in front of the Cornell box.
+core::View behind_walls(int count) {
+  core::SceneDescription scene = test_support::cornell();
+  core::MaterialDescription window = glossy({1, 1, 1}, 0, 0);
+  window.transmission = 1;
+  window.specular = 0;
+  const auto material = static_cast<int>(scene.materials.size());
+  scene.materials.push_back(window);
+  for (int i = 0; i < count; ++i) {
+    const float z = 1.5F + 2e-4F * static_cast<float>(i);
+    scene.meshes[0].primitives.push_back(
+        test_support::quad({-1, -1, z}, {3, 0, 0}, {0, 3, 0}, material));
+  }
+  core::View view = test_support::view_of(std::move(scene), 3, 3);
+  test_support::look_at(view, {0.5F, 0.5F, 4}, {0.5F, 0.5F, 0}, 10);
+  view.settings.max_depth = 1;
+  return view;
+}
+
+// Also where no neighbour is at such a wall: the last of so many is passed, and the surface behind
+// it gets no light.
+TEST(Waves, EndBehindAsManyClearWallsAsScalarPaths) {
+  EXPECT_EQ(differing(behind_walls(core::kNullScatteringMax + 1)), 0);
+  // The planted fault: one of them less.
+  EXPECT_GT(differing(behind_walls(core::kNullScatteringMax), 8,
+                      behind_walls(core::kNullScatteringMax + 1)),
+            0.5);
 }
 
 TEST(Waves, PassHolesAndBlendedSurfaces) {

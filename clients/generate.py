@@ -58,11 +58,13 @@ class Language:
         self.schemas = schemas
         self.names_are_open = False
         self.records = {}  # earlier ones, by name
+        self.same = {}  # the names of earlier ones that stand for these
 
     def type_of(self, schema):
         """The type of a value; objects with members are components."""
         if "$ref" in schema:
-            return schema["$ref"].removeprefix(PREFIX)
+            name = schema["$ref"].removeprefix(PREFIX)
+            return self.same.get(name, name)
         if "enum" in schema and not self.names_are_open:
             return self.union([self.literal(each) for each in schema["enum"]])
         if "anyOf" in schema and "type" not in schema:
@@ -239,6 +241,10 @@ class Python(Language):
     def record(self, name, schema):
         """A TypedDict. Members that are keywords go into a base class of another syntax."""
         types = self.types(schema)
+        for twin, of_twin in self.records.items():
+            if self.is_same_part(twin, name) and self.allows(of_twin, types):
+                self.same[name] = twin
+                return ""
         base, inherited = "TypedDict", {}
         for twin, of_twin in self.records.items():
             if are_twins(twin, name) and of_twin.items() <= types.items():
@@ -261,6 +267,19 @@ class Python(Language):
         doc = self.doc(schema)
         body = doc + text if text else doc.rstrip("\n") + "\n" if doc else "    pass\n"
         return f"{base_text}class {name}({base}):\n{body}"
+
+    def is_same_part(self, twin, name):
+        """Whether both are the same part of bodies of one family, with one description."""
+        is_part = FAMILY.sub("", name) not in ("", name)
+        texts = [words(self.schemas[each]) for each in (twin, name)]
+        return is_part and are_twins(twin, name) and texts[0] == texts[1]
+
+    @staticmethod
+    def allows(one, other):
+        """Whether the types of `one` are those of `other`, with perhaps fewer members required."""
+        return one.keys() == other.keys() and all(
+            text in (other[member], f"NotRequired[{other[member]}]") for member, text in one.items()
+        )
 
     def types(self, schema):
         made = {member: self.type_of(inner) for member, inner in schema["properties"].items()}
@@ -306,14 +325,18 @@ class Python(Language):
     def document(self):
         head = (
             '"""The bodies of the HTTP interface, as they are in JSON.\n\n'
-            "Made by clients/generate.py from /openapi.json; not edited by hand.\n"
+            "Made by clients/generate.py from /openapi.json; not edited by hand.\n\n"
+            "A part of a request is also that part of a job's spec, where the server fills in\n"
+            "all defaults. Type checkers therefore do not know that its members are present\n"
+            "there: mypy allows a subscript, pyright reports it.\n"
             '"""\n\n'
             "from __future__ import annotations\n\n"
             "from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict\n\n"
             "if TYPE_CHECKING:\n"
             "    from typing_extensions import NotRequired\n"
         )
-        return "\n\n".join([head, *(self.component(*each) for each in self.schemas.items())])
+        parts = [self.component(*each) for each in self.schemas.items()]
+        return "\n\n".join([head, *filter(None, parts)])
 
 
 def load(source):

@@ -175,6 +175,7 @@ NAMED_FILE = re.compile(r"(?<![\w./-])(?:core|api|server|clients|docker|tests)/"
 NAMED_SOURCE = re.compile(r"(?<![\w./<-])\w+\.(?:h|cpp)\b")
 # Pages of architecture, and the folders that each explains, in the order of includes.
 ROOMS = {"core/README.md": CORE_ORDER,
+         "api/README.md": ["flags", "json", "job", "queries", "answers"],
          "server/README.md": ["config", "observe", "http", "store", "auth", "webhooks", "scenes",
                               "queue", "workers", "jobs", "pictures", "routes", "commands", "main"]}
 # Words that say nothing of a folder, as stems() gives them.
@@ -502,8 +503,11 @@ def all_faults():
     documents = {file.name for file in files if file.suffix == ".md"}
     tree = {file.as_posix() for file in files}
     for page, folders in ROOMS.items():
+        home = pathlib.Path(page).parent
+        found += [f"{page}: {each} is in no list of {THIS}" for each in home.iterdir()
+                  if each.is_dir() and each.name not in folders]
         found += room_faults(page, pathlib.Path(page).read_text(encoding="utf-8"),
-                             {f: beginnings(f"{page.split('/', 1)[0]}/{f}") for f in folders})
+                             {f: beginnings(f"{home}/{f}") for f in folders})
     product = {file.as_posix(): file.read_text(encoding="utf-8") for file in files
                if file.suffix in (".h", ".cpp") and any(
                    inside(file.as_posix(), root) for root in PRODUCT)}

@@ -103,13 +103,6 @@ TEST(GltfMeshopt, RefusesMalformedData) {
                   "/bufferViews/1/extensions/EXT_meshopt_compression");
 }
 
-TEST(GltfMeshopt, RefusesAStrideThatIsNotAMultipleOf4) {
-  Compressed c = encode_vertices(triangle_positions(), 12);
-  c.stride = 13;
-  expect_error_at(load(compressed_positions(c, "NONE", kF32, "")),
-                  "/bufferViews/1/extensions/EXT_meshopt_compression/byteStride");
-}
-
 TEST(GltfMeshopt, DecodesIndices) {
   const std::vector<unsigned int> indices = {2, 0, 1};
   Compressed c;

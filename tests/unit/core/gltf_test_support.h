@@ -85,9 +85,6 @@ inline core::GltfOptions strictly(core::GltfOptions options = {}) {
 inline core::Result<core::SceneDescription> load_strictly(core::GlbWriter& writer) {
   return load(writer, strictly());
 }
-inline core::Result<core::SceneDescription> load_material_strictly(const std::string& members) {
-  return load_material(members, strictly());
-}
 inline core::Result<core::SceneDescription> load_json_strictly(
     const std::string& json, const core::ResolveUri& resolve = nullptr) {
   return core::load_gltf(std::as_bytes(std::span(json)), resolve, strictly());

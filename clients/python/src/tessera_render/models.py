@@ -1,6 +1,10 @@
 """The bodies of the HTTP interface, as they are in JSON.
 
 Made by clients/generate.py from /openapi.json; not edited by hand.
+
+A part of a request is also that part of a job's spec, where the server fills in
+all defaults. Type checkers therefore do not know that its members are present
+there: mypy allows a subscript, pyright reports it.
 """
 
 from __future__ import annotations
@@ -453,231 +457,8 @@ JobState: TypeAlias = Literal[
 ]
 
 
-class JobSpecCameraOrbit(TypedDict):
-    """Position on a sphere around the target, instead of position and target."""
-
-    theta_degrees: float
-    phi_degrees: float
-    radius: str | float
-    target: str | list[float]
-
-
-class JobSpecCameraPose(TypedDict):
-    """Position and rotation as a matrix, instead of position, target and up."""
-
-    convention: str
-    matrix: list[float]
-
-
-class JobSpecCameraDistortion(TypedDict):
-    """Lens distortion of a pinhole camera."""
-
-    model: str
-    k: list[float]
-
-
-class JobSpecCamera(TypedDict):
-    """Null members keep the value of the file's camera, selected by name or index, otherwise the
-    first.
-    """
-
-    name: str | None
-    index: int | None
-    position: list[float] | None
-    target: list[float] | None
-    up: list[float] | None
-    orbit: NotRequired[JobSpecCameraOrbit | None]
-    pose: NotRequired[JobSpecCameraPose | None]
-    type: NotRequired[str]
-    orthographic_height: NotRequired[float | None]
-    vertical_fov_degrees: float | None
-    shift: NotRequired[list[float] | None]
-    fx: NotRequired[float | None]
-    fy: NotRequired[float | None]
-    cx: NotRequired[float | None]
-    cy: NotRequired[float | None]
-    distortion: NotRequired[JobSpecCameraDistortion | None]
-    aperture_radius: float | None
-    focus_distance: float | None
-
-
-class JobSpecMedium(TypedDict):
-    """Participating medium (fog, smoke, haze) in the bounding sphere of the scene, outside
-    solids. null: none.
-    """
-
-    type: str
-    scattering: list[float]
-    absorption: list[float]
-    g: float
-    height_falloff: float
-
-
-class JobSpecEnvironment(TypedDict):
-    """Distant environment lighting, added to the scene's lights. Null: black. Absent: the
-    scene's own, if it has one; otherwise white, unless the scene has a punctual light or an
-    emissive strength above 1.
-    """
-
-    asset: str | None
-    preset: NotRequired[str]
-    sun: NotRequired[JobRequestEnvironmentSun | None]
-    color: list[float]
-    intensity: float
-    rotation_degrees: float
-    visible: bool
-
-
-class JobSpecBackground(TypedDict):
-    """What the camera sees behind the scene; mirrors, and glass unless through_glass is true,
-    show the environment.
-    """
-
-    type: str
-    color: NotRequired[list[float]]
-    through_glass: NotRequired[bool]
-
-
-class JobSpecGroundShadow(TypedDict):
-    """The shadow on a catcher."""
-
-    color: str
-    strength: float
-    softness: float
-
-
-class JobSpecGround(TypedDict):
-    """Horizontal ground added to the scene."""
-
-    type: str
-    height: NotRequired[float | None]
-    color: NotRequired[list[float]]
-    reflection: NotRequired[float]
-    shadow: NotRequired[JobSpecGroundShadow]
-
-
-class JobSpecFilmFilter(TypedDict):
-    """Reconstruction filter."""
-
-    type: str
-    radius: float
-
-
-class JobSpecFilm(TypedDict):
-    """Size, filter and recorded layers; null: no image, only a meter."""
-
-    width: int
-    height: int
-    crop: JobRequestFilmCrop | None
-    filter: JobSpecFilmFilter
-    layers: list[str]
-
-
-class JobSpecIntegrator(TypedDict):
-    """How light paths are traced."""
-
-    type: str
-    max_depth: int
-    caustics: NotRequired[str]
-    photons: NotRequired[int]
-    radius_m: NotRequired[float]
-    alpha: NotRequired[float]
-    final_gather: NotRequired[int]
-    tolerance: NotRequired[float]
-    rays: NotRequired[int]
-    records: NotRequired[int]
-
-
-class JobSpecEstimatorMis(TypedDict):
-    """Weights of multiple importance sampling."""
-
-    type: str
-    exponent: NotRequired[float]
-
-
-class JobSpecEstimatorRoulette(TypedDict):
-    """Russian roulette."""
-
-    type: str
-    delta: NotRequired[float]
-
-
-class JobSpecEstimatorSplitting(TypedDict):
-    """Splitting of a path into several at its first surface."""
-
-    type: str
-    count: NotRequired[int]
-
-
-class JobSpecEstimatorControlVariate(TypedDict):
-    """Quantity that is subtracted from samples and added in closed form."""
-
-    type: str
-
-
-class JobSpecEstimator(TypedDict):
-    """How paths are sampled and combined."""
-
-    strategy: str
-    mis: JobSpecEstimatorMis
-    roulette: JobSpecEstimatorRoulette
-    splitting: JobSpecEstimatorSplitting
-    control_variate: JobSpecEstimatorControlVariate
-    expected_values: bool
-
-
-class JobSpecSampler(TypedDict):
-    """Sequence of sample points."""
-
-    type: str
-    replicates: int
-    first_replicate: NotRequired[int]
-
-
-class JobSpecLightSampler(TypedDict):
-    """How a light is selected."""
-
-    type: str
-    candidates: NotRequired[int]
-    block: NotRequired[int]
-    history: NotRequired[int]
-    candidates_per_pixel: NotRequired[int]
-
-
-class JobSpecAdaptive(TypedDict):
-    """Adaptive sampling."""
-
-    type: str
-    min_samples: NotRequired[int]
-    granularity: NotRequired[str]
-    dilation: NotRequired[int]
-
-
-class JobSpecMeter(TypedDict):
-    """Points at which irradiance is measured in addition to the image, by path tracing with 16
-    paths for each sample of a pixel; see GET /v1/jobs/{id}/meter.
-    """
-
-    points: list[JobRequestMeterPoints]
-    plane: JobRequestMeterPlane | None
-
-
 class JobSpecStop(JobRequestStop):
     """When to stop: the first rule met ends the job. If given, only the rules in it apply."""
-
-
-class JobSpecDenoise(TypedDict):
-    """Denoised images, which are made on demand and are not part of the film."""
-
-    type: str
-    preview: bool
-
-
-class JobSpecWebhook(TypedDict):
-    """Webhook to notify."""
-
-    url: str
-    events: list[str]
 
 
 _JobSpec = TypedDict("_JobSpec", {"class": "str"})
@@ -691,28 +472,28 @@ class JobSpec(_JobSpec):
     labels: dict[str, str]
     priority: int
     seed: int
-    camera: JobSpecCamera
+    camera: JobRequestCamera
     variant: str | None
     time_seconds: float | None
     shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
-    medium: JobSpecMedium | None
+    medium: JobRequestMedium | None
     preview_key: str | None
-    environment: NotRequired[JobSpecEnvironment | None]
-    background: NotRequired[JobSpecBackground]
-    ground: NotRequired[JobSpecGround]
-    film: JobSpecFilm | None
-    integrator: JobSpecIntegrator
-    estimator: JobSpecEstimator
-    sampler: JobSpecSampler
-    light_sampler: JobSpecLightSampler
-    adaptive: JobSpecAdaptive
-    meter: NotRequired[JobSpecMeter | None]
+    environment: NotRequired[JobRequestEnvironment | None]
+    background: NotRequired[JobRequestBackground]
+    ground: NotRequired[JobRequestGround]
+    film: JobRequestFilm | None
+    integrator: JobRequestIntegrator
+    estimator: JobRequestEstimator
+    sampler: JobRequestSampler
+    light_sampler: JobRequestLightSampler
+    adaptive: JobRequestAdaptive
+    meter: NotRequired[JobRequestMeter | None]
     units: str
     spectral: bool
     stop: JobSpecStop
-    denoise: NotRequired[JobSpecDenoise]
-    webhook: NotRequired[JobSpecWebhook | None]
+    denoise: NotRequired[JobRequestDenoise]
+    webhook: NotRequired[JobRequestWebhook | None]
     retention_seconds: NotRequired[float | None]
 
 
@@ -1306,28 +1087,28 @@ class JobDefaults(_JobDefaults):
     labels: dict[str, str]
     priority: int
     seed: int
-    camera: JobSpecCamera
+    camera: JobRequestCamera
     variant: str | None
     time_seconds: float | None
     shutter_seconds: NotRequired[float]
     motion_seconds: NotRequired[float]
-    medium: JobSpecMedium | None
+    medium: JobRequestMedium | None
     preview_key: str | None
-    environment: NotRequired[JobSpecEnvironment | None]
-    background: NotRequired[JobSpecBackground]
-    ground: NotRequired[JobSpecGround]
-    film: JobSpecFilm | None
-    integrator: JobSpecIntegrator
-    estimator: JobSpecEstimator
-    sampler: JobSpecSampler
-    light_sampler: JobSpecLightSampler
-    adaptive: JobSpecAdaptive
-    meter: NotRequired[JobSpecMeter | None]
+    environment: NotRequired[JobRequestEnvironment | None]
+    background: NotRequired[JobRequestBackground]
+    ground: NotRequired[JobRequestGround]
+    film: JobRequestFilm | None
+    integrator: JobRequestIntegrator
+    estimator: JobRequestEstimator
+    sampler: JobRequestSampler
+    light_sampler: JobRequestLightSampler
+    adaptive: JobRequestAdaptive
+    meter: NotRequired[JobRequestMeter | None]
     units: str
     spectral: bool
     stop: JobSpecStop
-    denoise: NotRequired[JobSpecDenoise]
-    webhook: NotRequired[JobSpecWebhook | None]
+    denoise: NotRequired[JobRequestDenoise]
+    webhook: NotRequired[JobRequestWebhook | None]
     retention_seconds: NotRequired[float | None]
 
 

@@ -1,6 +1,6 @@
 /// Memory of large arrays of which little is in use at a time, such as textures: it lies in files
-/// without names, so that the system can take the pages that nobody reads, and read them again when
-/// somebody does.
+/// without names, so that the system can take the pages that are not read, and read them again when
+/// they are.
 #pragma once
 
 #include <cstddef>

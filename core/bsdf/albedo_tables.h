@@ -21,14 +21,18 @@ struct AlbedoOf {
 };
 using SpecularAlbedo = AlbedoOf<float>;
 
+/// [inside][ior][roughness][mu]; ior = 1 + 2 (k/(N-1))^2 seen from outside; from inside its
+/// inverse.
+struct GlassTable {
+  float at[2][kGlassNodes][kGlassNodes][kGlassNodes];
+  float average[2][kGlassNodes][kGlassNodes];  ///< 2 * integral of that times mu
+};
+
 struct AlbedoTables {
   SpecularAlbedo single[kAlbedoNodes][kAlbedoNodes];  ///< [roughness][mu]
   SpecularAlbedo average[kAlbedoNodes];               ///< 2 * integral of single * mu
-  /// 2 * integral of glass times mu; [inside][ior][roughness].
-  float glass_average[2][kGlassNodes][kGlassNodes];
-  /// Reflection plus refraction of a rough dielectric; [inside][ior][roughness][mu]; ior = 1 + 2
-  /// (k/(N-1))^2 seen from outside; from inside its inverse.
-  float glass[2][kGlassNodes][kGlassNodes][kGlassNodes];
+  GlassTable glass;       ///< reflection plus refraction of a rough dielectric
+  GlassTable open_glass;  ///< the same where facets reflect nothing but by total reflection
   float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
 };
 
@@ -113,9 +117,10 @@ F between(F low, F high, F share) noexcept {
 }  // namespace glass_detail
 
 /// Returns the albedo of glass. ior: of the denser side over the thinner one, above 1. inside: the
-/// direction is in the denser one.
+/// direction is in the denser one. table: of kAlbedoTables.
 template <typename F>
-F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
+F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside,
+               const GlassTable& table = kAlbedoTables.glass) noexcept {
   using glass_detail::between;
   constexpr int kRow = kGlassNodes;
   constexpr int kPlane = kRow * kRow;
@@ -126,7 +131,7 @@ F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
   const Node first =
       (i.node * kRow + r.node) * kRow + m.node + select(inside, Node(kRow * kPlane), Node(0));
   const auto along_mu = [&](int offset) {
-    const float* row = &kAlbedoTables.glass[0][0][0][0] + offset;
+    const float* row = &table.at[0][0][0][0] + offset;
     return between(gather(row, first), gather(row + 1, first), m.share);
   };
   const auto in_plane = [&](int offset) {
@@ -137,13 +142,14 @@ F glass_albedo(F mu, F roughness, F ior, MaskOf<F> inside) noexcept {
 
 /// Returns the cosine-weighted mean of glass_albedo() over the hemisphere.
 template <typename F>
-F glass_albedo_average(F roughness, F ior, bool inside) noexcept {
+F glass_albedo_average(F roughness, F ior, bool inside,
+                       const GlassTable& table = kAlbedoTables.glass) noexcept {
   using glass_detail::between;
   const glass_detail::TableCell<F> i(glass_detail::axis_of_ior(ior));
   const glass_detail::TableCell<F> r(clamp01(roughness));
   const auto first = i.node * kGlassNodes + r.node;
   const auto row = [&](int offset) {
-    const float* at = &kAlbedoTables.glass_average[inside ? 1 : 0][0][0] + offset;
+    const float* at = &table.average[inside ? 1 : 0][0][0] + offset;
     return between(gather(at, first), gather(at + 1, first), r.share);
   };
   return between(row(0), row(kGlassNodes), i.share);

@@ -112,12 +112,14 @@ void fill_reflection(core::AlbedoTables& t) {
 
 constexpr int kG = core::kGlassNodes;
 
-template <int kPoints = kSide>
+/// kOpen: facets reflect nothing but by total reflection.
+template <int kPoints = kSide, bool kOpen = false>
 float glass(const Ggx& ggx, Vec3 wo, float eta) {
   double sum = 0;
   for_normals<kPoints>(ggx, wo, [&](Vec3 h, double weight) {
     const float cos_o = dot(wo, h);
-    const float fresnel = core::fresnel_dielectric(cos_o, eta);
+    const float exact = core::fresnel_dielectric(cos_o, eta);
+    const float fresnel = kOpen && exact < 1 ? 0.0F : exact;
     const Vec3 reflected = h * (2 * cos_o) - wo;
     if (reflected.z > 0) {
       sum += weight * static_cast<double>(fresnel * ggx.g2(wo, reflected) / ggx.g1(wo));
@@ -134,7 +136,8 @@ float glass(const Ggx& ggx, Vec3 wo, float eta) {
   return static_cast<float>(sum);
 }
 
-void fill_glass(core::AlbedoTables& t) {
+template <bool kOpen>
+void fill(core::GlassTable& t) {
   for (int k = 0; k < kG; ++k) {
     const float x = static_cast<float>(k) / (kG - 1);
     const float ior = 1 + 2 * x * x;
@@ -142,13 +145,18 @@ void fill_glass(core::AlbedoTables& t) {
       const float alpha = alpha_of(j, kG);
       for (int i = 0; i < kG; ++i) {
         const Vec3 wo = direction(mu_of(i, kG));
-        t.glass[0][k][j][i] = glass({alpha, alpha}, wo, ior);
-        t.glass[1][k][j][i] = glass({alpha, alpha}, wo, 1 / ior);
+        t.at[0][k][j][i] = glass<kSide, kOpen>({alpha, alpha}, wo, ior);
+        t.at[1][k][j][i] = glass<kSide, kOpen>({alpha, alpha}, wo, 1 / ior);
       }
-      t.glass_average[0][k][j] = average_of(t.glass[0][k][j]);
-      t.glass_average[1][k][j] = average_of(t.glass[1][k][j]);
+      t.average[0][k][j] = average_of(t.at[0][k][j]);
+      t.average[1][k][j] = average_of(t.at[1][k][j]);
     }
   }
+}
+
+void fill_glass(core::AlbedoTables& t) {
+  fill<false>(t.glass);
+  fill<true>(t.open_glass);
 }
 
 void fill_sheen(core::AlbedoTables& t) {
@@ -294,8 +302,13 @@ int main(int argc, char** argv) {
   out << "extern const AlbedoTables kAlbedoTables;\nconst AlbedoTables kAlbedoTables = {\n";
   write(out, core::kAlbedoTables.single);
   write(out, core::kAlbedoTables.average);
-  write(out, core::kAlbedoTables.glass_average);
-  write(out, core::kAlbedoTables.glass);
+  for (const core::GlassTable* table :
+       {&core::kAlbedoTables.glass, &core::kAlbedoTables.open_glass}) {
+    out << "{";
+    write(out, table->at);
+    write(out, table->average);
+    out << "},\n";
+  }
   write(out, core::kAlbedoTables.sheen);
   out << "};\nextern const AnisotropicAlbedoTables kAnisotropicAlbedoTables;\n"
       << "const AnisotropicAlbedoTables kAnisotropicAlbedoTables = {\n";

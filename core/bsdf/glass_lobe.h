@@ -2,7 +2,7 @@
 ///
 /// Walter et al. 2007 with exact Fresnel, modified by F0 and F90 of KHR_materials_specular and by
 /// the film of KHR_materials_iridescence. Multiple scattering between facets is diffuse on both
-/// sides (Kulla and Conty 2017) and exact for the unmodified curve.
+/// sides (Kulla and Conty 2017); that of a film is as without it.
 #pragma once
 
 #include <type_traits>
@@ -43,6 +43,20 @@ class GlassLobeOf {
     const F ior = max(p.ior, F(1e-2F));
     inside_ = p.inside;
     eta_ = select(p.inside, 1 / ior, ior);
+    is_dimmed_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
+    bool has_own_f0 = any(is_dimmed_);
+    if constexpr (kHasFilm) {
+      has_own_f0 = has_own_f0 || film_.weight > 0;
+    }
+    if (has_own_f0) {
+      f0_ = each_channel(p.specular_color * square((1 - ior) / (1 + ior)),
+                         [](F f) { return clamp01(f); }) *
+            p.f90;
+      f90_ = p.f90;
+      const F r0 = square((1 - ior) / (1 + ior));
+      slope_ = select(is_dimmed_, (f90_ - max_component(f0_)) / (1 - r0), F(1));
+      least_ = select(is_dimmed_, max_component(f0_) - slope_ * r0, F(0));
+    }
     const M is_rough = opposite(is_delta(s));
     if (any(is_rough)) {
       // Lost energy leaves in proportion to (1 - E) of the side it leaves to. Each side is then
@@ -51,11 +65,11 @@ class GlassLobeOf {
       // Multiple Scattering, 2021).
       const F n = max(eta_, 1 / eta_);
       const M denser = eta_ < 1;
-      lost_ = select(is_rough, max(1 - glass_albedo(s, s.wo, n, denser), F(0)), F(0));
-      const F lost_outside = max(1 - glass_albedo_average(s, n, false), F(1e-4F));
-      const F lost_inside = max(1 - glass_albedo_average(s, n, true), F(1e-4F));
-      const F through_outside =
-          min(1 - (n - 1) / (4.08567F + 1.00071F * n), n * n * lost_inside / lost_outside);
+      lost_ = select(is_rough, max(1 - albedo(s, s.wo, denser), F(0)), F(0));
+      const F lost_outside = max(1 - average(s, false), F(1e-4F));
+      const F lost_inside = max(1 - average(s, true), F(1e-4F));
+      const F mean_fresnel = least_ + slope_ * ((n - 1) / (4.08567F + 1.00071F * n));
+      const F through_outside = min(1 - mean_fresnel, n * n * lost_inside / lost_outside);
       through_ =
           select(denser, through_outside * lost_outside / (n * n * lost_inside), through_outside);
       const F common = weight_ * lost_ * kInvPi;
@@ -63,16 +77,6 @@ class GlassLobeOf {
           reflection_ * (common * (1 - through_) / select(denser, lost_inside, lost_outside));
       multiple_below_ =
           color_ * (common * through_ / (select(denser, lost_outside, lost_inside) * eta_ * eta_));
-    }
-    is_bent_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
-    if constexpr (kHasFilm) {
-      is_bent_ = is_bent_ || film_.weight > 0;
-    }
-    if (any(is_bent_)) {
-      f0_ = each_channel(p.specular_color * square((1 - ior) / (1 + ior)),
-                         [](F f) { return clamp01(f); }) *
-            p.f90;
-      f90_ = p.f90;
     }
   }
 
@@ -87,8 +91,7 @@ class GlassLobeOf {
   /// Returns the BSDF of multiple scattering. above: wi is on the side of wo.
   Color multiple(const FacetsOf<F>& s, V wi, M above) const noexcept {
     const M inside = (above & (eta_ < 1)) | (opposite(above) & (eta_ > 1));
-    return select(above, multiple_above_, multiple_below_) *
-           (1 - glass_albedo(s, wi, max(eta_, 1 / eta_), inside));
+    return select(above, multiple_above_, multiple_below_) * (1 - albedo(s, wi, inside));
   }
   /// Returns the reflectance of the smooth boundary.
   Color mirrored(const FacetsOf<F>& s) const noexcept {
@@ -157,12 +160,43 @@ class GlassLobeOf {
 
   M is_delta(const FacetsOf<F>& s) const noexcept { return s.is_smooth | is_index_matched(); }
 
+  /// Returns the albedo of single scattering for w on either side. The reflectance of facets is
+  /// least_ + slope_ F but for total reflection, so that the albedo is as linear: in that of glass,
+  /// of a mirror, and of glass that does not reflect.
+  F albedo(const FacetsOf<F>& s, V w, M inside) const noexcept {
+    const F n = max(eta_, 1 / eta_);
+    F out = glass_albedo(s, w, n, inside);
+    if (any(is_dimmed_)) {
+      const F open = glass_albedo(abs(w.z), s.roughness, n, inside, kAlbedoTables.open_glass);
+      out = dimmed(out, albedo_of(s, w).e, open);
+    }
+    return out;
+  }
+  /// Returns its mean over the hemisphere.
+  F average(const FacetsOf<F>& s, bool inside) const noexcept {
+    const F n = max(eta_, 1 / eta_);
+    F out = glass_albedo_average(s, n, inside);
+    if (any(is_dimmed_)) {
+      const F open = glass_albedo_average(s.roughness, n, inside, kAlbedoTables.open_glass);
+      out = dimmed(out, albedo_average(s).e, open);
+    }
+    return out;
+  }
+  F dimmed(F glass, F mirror, F open) const noexcept {
+    return select(is_dimmed_, slope_ * glass + least_ * mirror + (1 - slope_ - least_) * open,
+                  glass);
+  }
+
   /// Returns the reflectance of a facet of the solid; cos_oh on wo's side. Stretches the exact
   /// curve from F0 to 1 to the material's F0 and F90, equally for both sides; total reflection
   /// stays total. Refraction gets the remainder of the largest channel, so that it keeps its hue.
   Color fresnel(F cos_oh) const noexcept {
     const F exact = fresnel_dielectric(cos_oh, eta_);
-    const M is_bent = is_bent_ & (exact < 1);
+    M is_bent = is_dimmed_;
+    if constexpr (kHasFilm) {
+      is_bent = is_bent || film_.weight > 0;
+    }
+    is_bent = is_bent & (exact < 1);
     if (!any(is_bent)) {
       return Color(exact);
     }
@@ -183,9 +217,11 @@ class GlassLobeOf {
   F weight_;
   F eta_;
   M inside_;
-  M is_bent_;  ///< its Fresnel term is modified: the next two members apply
+  M is_dimmed_;  ///< F0 and F90 are not those of the index
   Color f0_ = Color(F(0));
   F f90_ = 1;
+  F slope_ = 1;  ///< of the reflectance of the largest channel in that of the index
+  F least_ = 0;  ///< its value where that is 0
   [[no_unique_address]] Film film_;
   F lost_ = 0;     ///< fraction lost by single scattering
   F through_ = 0;  ///< fraction of the loss that leaves on the other side

@@ -60,11 +60,16 @@ std::vector<bool> find_meeting(const std::vector<Bounds>& boxes, const std::stop
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return boxes[a].min[axis] < boxes[b].min[axis]; });
   std::vector<bool> out(boxes.size(), false);
-  std::vector<std::size_t> open;
+  std::vector<std::size_t> open;  // and some that have ended
+  std::size_t full = 64;
   for (std::size_t k = 0; k < order.size() && !stop.stop_requested(); ++k) {
     const Bounds& box = boxes[order[k]];
     const auto meets = [&](std::size_t other) { return meet(box, boxes[other]); };
-    std::erase_if(open, [&](std::size_t other) { return boxes[other].max[axis] < box.min[axis]; });
+    if (open.size() >= full) {
+      std::erase_if(open,
+                    [&](std::size_t other) { return boxes[other].max[axis] < box.min[axis]; });
+      full = std::max(full, 2 * open.size());
+    }
     bool found = std::any_of(open.begin(), open.end(), meets);
     for (std::size_t l = k + 1;
          !found && l < order.size() && boxes[order[l]].min[axis] <= box.max[axis]; ++l) {

@@ -6,11 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "core/scene_io/both_windings.h"
 #include "core/scene_io/gltf_deform.h"
 #include "core/scene_io/gltf_model.h"
-#include "core/scene_io/gltf_primitive.h"
 #include "core/scene_io/tangent_space.h"
+#include "core/scene_io/windings.h"
 
 namespace core {
 namespace {
@@ -67,6 +66,23 @@ Result<int> GltfMeshes::mesh_for(const MeshUse& use) {
   return made;
 }
 
+void GltfMeshes::note_turned(const GltfPrimitive& primitive, const std::string& mesh,
+                             const std::string& where) {
+  const std::string all = " of the " + std::to_string(primitive.base.indices.size() / 3) +
+                          " triangles" + (mesh.empty() ? "" : " of mesh '" + mesh + "'");
+  if (primitive.aligned > 0) {
+    repairs_.note("turned", where,
+                  std::to_string(primitive.aligned) + all +
+                      " are wound the other way than their neighbours; they are turned, since the "
+                      "surface of a solid has one outside");
+  }
+  if (primitive.turned > 0) {
+    repairs_.note("turned", where,
+                  "the normals of " + std::to_string(primitive.turned) + all +
+                      " point to the back of their triangle; they are turned");
+  }
+}
+
 Result<int> GltfMeshes::make(const MeshUse& use) {
   const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
   MeshDescription description;
@@ -80,7 +96,9 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
     const auto uv_sets = material >= 0
                              ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
                              : MaterialDescription{}.uv_sets;
-    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, repairs_);
+    const bool is_solid =
+        material >= 0 && scene_.materials[static_cast<std::size_t>(material)].bounds_solids();
+    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, is_solid, repairs_);
     if (!read) {
       return read.error();
     }
@@ -88,13 +106,7 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
       continue;
     }
     GltfPrimitive primitive = std::move(**read);
-    if (primitive.turned > 0) {
-      repairs_.note("turned", where,
-                    "the normals of " + std::to_string(primitive.turned) + " of the " +
-                        std::to_string(primitive.base.indices.size() / 3) + " triangles" +
-                        (mesh.name.empty() ? "" : " of mesh '" + mesh.name + "'") +
-                        " point to the back of their triangle; they are turned");
-    }
+    note_turned(primitive, mesh.name, where);
     primitive.base.material = material;
     primitive.base.id = first_id + static_cast<std::uint32_t>(i);
     apply_morph_targets(primitive, use.weights);

@@ -11,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
 #include "core/scene_io/gltf_load.h"
+#include "core/scene_io/gltf_primitive.h"
 #include "core/scene_io/gltf_source.h"
 #include "core/scene_io/tinygltf.h"
 
@@ -48,6 +49,8 @@ class GltfMeshes {
   Result<int> make(const MeshUse& use);
   int material_of(const tinygltf::Primitive& primitive) const;
   void finish(PrimitiveDescription& primitive) const;
+  void note_turned(const GltfPrimitive& primitive, const std::string& mesh,
+                   const std::string& where);
   /// Takes out the triangles that repeat others in the opposite winding, where that matters: those
   /// of a solid are left out, and those of a material that emits on one side returned.
   std::optional<PrimitiveDescription> backs_of(PrimitiveDescription& primitive,

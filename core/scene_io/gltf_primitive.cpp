@@ -9,6 +9,7 @@
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_draco.h"
 #include "core/scene_io/gltf_model.h"
+#include "core/scene_io/windings.h"
 
 namespace core {
 namespace {
@@ -371,7 +372,7 @@ void turn_normals(GltfPrimitive& primitive) {
 
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
-                                                    std::array<int, 2> uv_sets,
+                                                    std::array<int, 2> uv_sets, bool is_solid,
                                                     GltfRepairs& repairs) {
   const std::optional<GltfPrimitive> nothing;
   const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
@@ -421,6 +422,9 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
   if (out.base.indices.empty()) {
     repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
     return nothing;
+  }
+  if (is_solid) {
+    out.aligned = align_windings(out.base);
   }
   turn_normals(out);
   return std::optional<GltfPrimitive>(std::move(out));

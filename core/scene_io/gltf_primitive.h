@@ -34,15 +34,16 @@ struct GltfPrimitive {
   PrimitiveDescription base;  ///< material stays -1
   std::vector<MorphTarget> targets;
   std::vector<JointSet> joint_sets;
-  std::size_t turned = 0;  ///< triangles whose normals all pointed to the back, and were turned
+  std::size_t aligned = 0;  ///< triangles turned by align_windings()
+  std::size_t turned = 0;   ///< triangles whose normals all pointed to the back, and were turned
 };
 
-/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Returns empty for points and lines, and for
-/// primitives without a complete triangle (adds a warning). Errors at or below `where`:
-/// kInvalidArgument, kTooLarge.
+/// uv_sets: the TEXCOORD_n that become uv 0 and 1. is_solid: the surface bounds a volume. Returns
+/// empty for points and lines, and for primitives without a complete triangle (adds a warning).
+/// Errors at or below `where`: kInvalidArgument, kTooLarge.
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
-                                                    std::array<int, 2> uv_sets,
+                                                    std::array<int, 2> uv_sets, bool is_solid,
                                                     GltfRepairs& repairs);
 
 }  // namespace core

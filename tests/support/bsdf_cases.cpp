@@ -97,13 +97,21 @@ std::vector<BsdfCase> bsdf_cases() {
     add("SolidGlassOutside" + tail, p, true, 0.01);
     p.inside = true;
     add("SolidGlassInside" + tail, p, true, 0.01);
-    p.f90 = 0.4F;  // KHR_materials_specular; multiple scattering uses the unmodified curve
-    p.specular_color = {1.6F, 1.6F, 1.6F};
-    add("DimmedSolidGlassInside" + tail, p, true, 0.04);
-    p.inside = false;
-    add("DimmedSolidGlassOutside" + tail, p, true, 0.04);
+    for (const float specular : {0.4F, 0.0F}) {  // KHR_materials_specular
+      const std::string name = specular > 0 ? "Dimmed" : "Matte";
+      p.f90 = specular;
+      p.specular_color = {1.6F, 1.6F, 1.6F};
+      p.inside = true;
+      add(name + "SolidGlassInside" + tail, p, true, 0.01);
+      p.inside = false;
+      add(name + "SolidGlassOutside" + tail, p, true, 0.01);
+    }
+    p.f90 = 1;
+    p.specular_color = {0, 0, 0};
+    add("GrazingSolidGlassOutside" + tail, p, true, 0.01);
+    p.f90 = 0.4F;
     p.specular_color = {2, 1, 0.2F};
-    add("RedSolidGlassOutside" + tail, p, false, 0.04);
+    add("RedSolidGlassOutside" + tail, p, false, 0.01);
   }
   p = rough(0.5F);
   p.metallic = 1;

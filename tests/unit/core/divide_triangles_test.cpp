@@ -85,7 +85,8 @@ std::size_t divide(SceneData& scene) { return divide_triangles(scene, scene.plac
 using Key = std::array<float, 3>;
 Key key(Vec3 p) { return {p.x, p.y, p.z}; }
 
-/// Expects that each edge is one of two triangles, or of the square's rim, and returns the area.
+/// Expects that each edge belongs to two triangles, or lies on the square's outline; returns the
+/// area.
 double area_of_a_closed_net(const MeshData& mesh) {
   std::map<std::set<Key>, int> uses;
   double area_m2 = 0;
@@ -102,11 +103,11 @@ double area_of_a_closed_net(const MeshData& mesh) {
     }
   }
   for (const auto& [edge, count] : uses) {
-    const auto on_rim = [&](std::size_t axis) {
+    const auto on_outline = [&](std::size_t axis) {
       const float a = (*edge.begin())[axis];
       return std::fabs(a) == kHalf_m && a == (*edge.rbegin())[axis];
     };
-    EXPECT_EQ(count, on_rim(0) || on_rim(2) ? 1 : 2);
+    EXPECT_EQ(count, on_outline(0) || on_outline(2) ? 1 : 2);
   }
   return area_m2;
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/scene_io/windings.h"
 #include "tests/unit/core/gltf_test_support.h"
 
 namespace {
@@ -179,14 +180,14 @@ core::Result<core::SceneDescription> square(const char* faces, const std::vector
       std::swap(indices[3 * i + 1], indices[3 * i + 2]);
     }
   }
-  const int normal = writer.add_accessor(bytes(normals), kF32, "VEC3", 4);
+  const int normal = writer.add_accessor(bytes(normals), kF32, "VEC3", 3);
   const int tangent = accessor(writer,
                                std::vector<float>{1, 0, 0, 1, 1, 0, 0, 1,  //
                                                   1, 0, 0, 1, 1, 0, 0, 1},
                                kF32, "VEC4", 4);
   const int index = accessor(writer, indices, kU16, "SCALAR", 1);
   const int morph = writer.add_accessor(
-      bytes(std::vector<Vec3>{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}), kF32, "VEC3", 4);
+      bytes(std::vector<Vec3>{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}), kF32, "VEC3", 3);
   writer.add("meshes", R"({"name":"tile","primitives":[{)" +
                            attributes(positions, "\"NORMAL\":" + number(normal) +
                                                      ",\"TANGENT\":" + number(tangent)) +
@@ -416,6 +417,65 @@ TEST(GltfGeometry, BothWindingsOfATriangleAreOneOfASolidAndTwoMeshesOfAnEmitter)
     ASSERT_EQ(scene.meshes.at(0).primitives.size(), 1) << other;
     EXPECT_EQ(scene.meshes[0].primitives[0].indices, all) << other;
   }
+}
+
+/// Triangles over the corners of a tetrahedron, with the warnings of the file.
+core::SceneDescription tetrahedron(const std::vector<std::uint8_t>& corners,
+                                   const std::string& material) {
+  core::GlbWriter writer;
+  const int positions =
+      accessor(writer, std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, kF32, "VEC3", 3);
+  const int indices = accessor(writer, corners, kU8, "SCALAR", 1);
+  writer.add("materials", "{" + material + "}");
+  writer.add("meshes", "{\"primitives\":[{" + attributes(positions) +
+                           ",\"material\":0,\"indices\":" + number(indices) + "}]}");
+  writer.add("nodes", R"({"mesh":0})");
+  writer.add("scenes", R"({"nodes":[0]})");
+  auto scene = load(writer);
+  EXPECT_TRUE(scene);
+  return scene ? *std::move(scene) : core::SceneDescription();
+}
+
+TEST(GltfGeometry, TrianglesOfASolidFaceAsTheirNeighbours) {
+  const std::string solid =
+      R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":1},)"
+      R"("KHR_materials_volume":{"thicknessFactor":1}})";
+  const std::vector<std::uint8_t> outwards = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  const std::vector<std::uint32_t> expected(outwards.begin(), outwards.end());
+  EXPECT_EQ(tetrahedron(outwards, solid).meshes.at(0).primitives.at(0).indices, expected);
+  for (std::size_t triangle = 0; triangle < 3; ++triangle) {  // smaller than the fourth
+    std::vector<std::uint8_t> corners = outwards;
+    std::swap(corners[3 * triangle + 1], corners[3 * triangle + 2]);
+    const auto mended = tetrahedron(corners, solid);
+    EXPECT_EQ(mended.meshes.at(0).primitives.at(0).indices, expected) << triangle;
+    ASSERT_EQ(mended.warnings.size(), 1);
+    EXPECT_EQ(mended.warnings[0].code, "turned");
+    EXPECT_EQ(mended.warnings[0].detail.substr(0, 20), "1 of the 4 triangles");
+    const auto opaque = tetrahedron(corners, R"("name":"opaque")");
+    EXPECT_NE(opaque.meshes.at(0).primitives.at(0).indices, expected);
+    EXPECT_TRUE(opaque.warnings.empty());
+  }
+  std::vector<std::uint8_t> half = outwards;
+  std::swap(half[1], half[2]);
+  std::swap(half[10], half[11]);
+  const auto inwards = tetrahedron(half, solid).meshes.at(0).primitives.at(0).indices;
+  EXPECT_EQ(inwards, (std::vector<std::uint32_t>{0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2}))
+      << "of two halves the smaller is turned; SolidFinder turns the whole";
+}
+
+TEST(GltfGeometry, SurfacesWithOneSideStay) {
+  // The triangles (i, i + 1, i + 2) modulo 5 are a Moebius strip.
+  core::PrimitiveDescription strip;
+  for (int i = 0; i < 5; ++i) {
+    const float angle = static_cast<float>(i) * 1.2566F;
+    strip.positions.push_back({std::cos(angle), std::sin(angle), static_cast<float>(i % 2)});
+  }
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    strip.indices.insert(strip.indices.end(), {i, (i + 1) % 5, (i + 2) % 5});
+  }
+  const auto before = strip.indices;
+  EXPECT_EQ(core::align_windings(strip), 0);
+  EXPECT_EQ(strip.indices, before);
 }
 
 TEST(GltfGeometry, ReadsOnlyTheSelectedScene) {

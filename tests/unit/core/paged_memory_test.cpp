@@ -61,7 +61,7 @@ TEST(PagedMemory, SmallArraysAreAsOthers) {
 }
 
 // Eight sets of 2048 x 2048 texels have 179 MB with their levels.
-TEST(PagedMemory, TexturesThatNobodyReadsTakeLittleMemory) {
+TEST(PagedMemory, TexturesThatAreNotReadTakeLittleMemory) {
   core::Image image;
   image.width = image.height = 2048;
   image.channels = 4;

@@ -1,6 +1,8 @@
-/// Triangles that a primitive has twice, in both windings: a way to write two-sided faces.
+/// Windings of triangles: those that a primitive has twice, in both windings, which is a way to
+/// write two-sided faces, and those that face the other way than their neighbours.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/description/scene_description.h"
@@ -13,5 +15,9 @@ std::vector<bool> find_backs(const PrimitiveDescription& primitive);
 /// Removes these triangles from a primitive and returns them; its vertices remain.
 std::vector<std::uint32_t> take_triangles(PrimitiveDescription& primitive,
                                           const std::vector<bool>& which);
+
+/// Turns triangles so that neighbours pass their common edge in opposite directions: of each
+/// connected surface the smaller side. Surfaces with one side only stay. Returns their number.
+std::size_t align_windings(PrimitiveDescription& primitive);
 
 }  // namespace core

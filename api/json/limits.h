@@ -20,6 +20,7 @@ inline constexpr std::int64_t kBodyBytes = std::int64_t{1} << 20;
 inline constexpr std::int64_t kJsonDepth = 32;
 inline constexpr std::int64_t kJsonKeyBytes = 1024;
 inline constexpr std::int64_t kSeed = (std::int64_t{1} << 53) - 1;
+inline constexpr std::int64_t kIdempotencyKeyBytes = 255;  // also in api/header_rows.cpp
 inline constexpr std::int64_t kPriority = 100;
 inline constexpr std::int64_t kNameCharacters = 255;
 inline constexpr std::int64_t kLabels = 16;

@@ -1,7 +1,8 @@
 /// StreamGate: limits open streams, in total and for each tenant, since each holds a thread.
 ///
-/// A route with a more specific error than 503 takes its slot first: `StreamSlot slot =
-/// gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
+/// The server takes the slot of a stream that a route returns. A route with a more specific error
+/// than 503 takes it first: `StreamSlot slot = gate.try_enter(request.access.tenant); if (!slot)
+/// return overloaded();`
 #pragma once
 
 #include <cstdint>

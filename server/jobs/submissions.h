@@ -27,8 +27,8 @@ namespace server {
 /// Lifetime of an idempotency key.
 inline constexpr double kKeySeconds = 24 * 3600;
 
-/// Refused if the key does not allow this priority.
-Verdict priority_allowed(int priority, const Access& access);
+/// Refused if the key does not allow this priority. pointer: of its member.
+Verdict priority_allowed(int priority, const Access& access, std::string pointer = "/priority");
 
 struct SubmissionOptions {
   double retention_seconds = 0;  ///< of jobs that have ended; 0: any time

@@ -4,6 +4,7 @@
 
 #include "api/job/job_rows.h"
 #include "api/json/fields.h"
+#include "api/json/limits.h"
 
 namespace api {
 namespace {
@@ -54,9 +55,10 @@ Json automatic_or(Json other, std::string_view doc) {
 const auto& orbit_table() {
   static constexpr auto kTable = std::tuple{
       number(
-          "theta_degrees", &core::CameraOrbit::theta_degrees, {-36000, 36000},
+          "theta_degrees", &core::CameraOrbit::theta_degrees,
+          {-limits::kAngleDegrees, limits::kAngleDegrees},
           "Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z)."),
-      number("phi_degrees", &core::CameraOrbit::phi_degrees, {0, 180},
+      number("phi_degrees", &core::CameraOrbit::phi_degrees, {0, limits::kPhiDegrees},
              "Angle from +y: 0 looks down from above, 90 is level."),
       CustomRow<core::CameraOrbit>{
           "radius", &read_orbit_radius,

@@ -6,6 +6,7 @@
 
 #include "api/job/job_rows.h"
 #include "api/json/fields.h"
+#include "api/json/limits.h"
 #include "api/json/time_text.h"
 #include "api/requests.h"
 #include "core/integrators/registry.h"
@@ -139,7 +140,8 @@ const auto& environment_table() {
           "Multiplies colour and image."),
       number(
           "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-          {-36000, 36000}, "Positive angles rotate it counter-clockwise seen from above."),
+          {-limits::kAngleDegrees, limits::kAngleDegrees},
+          "Positive angles rotate it counter-clockwise seen from above."),
       CustomRow<JobSpec>{"visible", &read_visible,
                          [](const JobSpec& s, Json& object) {
                            object["visible"] = !core::is_transparent(s.render);

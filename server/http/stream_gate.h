@@ -5,6 +5,7 @@
 /// return overloaded();`
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -35,6 +36,11 @@ class StreamGate {
   int open_count() const {
     const core::MutexLock lock(mutex_);
     return open_count_;
+  }
+  /// Time between two polls of a stream: longer for each open one, to bound the total cost.
+  std::chrono::microseconds pace(std::chrono::microseconds alone) const {
+    constexpr std::chrono::microseconds kForEach{500};
+    return alone + kForEach * open_count();
   }
   int open_count_of(const std::string& owner) const {
     const core::MutexLock lock(mutex_);

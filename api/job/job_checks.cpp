@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "api/json/limits.h"
+#include "core/base/invalid.h"
 #include "core/camera/camera_choice.h"
 #include "core/integrators/registry.h"
 #include "core/layers/layer_rows.h"
@@ -123,6 +125,12 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
+core::Status check_denoiser(core::DenoiserType type, std::string where) {
+  return type == core::DenoiserType::kNone
+             ? core::invalid(std::move(where), "the job's denoise.type is 'none'")
+             : core::ok_status();
+}
+
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
   if (stop.meter_error && spec.render.meter.empty()) {
     faults.add("/stop/meter_error", "the job has no meter");
@@ -148,8 +156,9 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
   // Stored jobs may name an integrator that this build lacks.
   const core::RenderSettings render = core::with_caustics(spec.render);
   const bool is_known = core::find_integrator(render.integrator) != nullptr;
-  if (spec.denoise.type == core::DenoiserType::kNone) {
-    faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
+  const core::Status allowed = check_denoiser(spec.denoise.type, "/stop/denoised_error");
+  if (!allowed) {
+    add_error(allowed.error(), faults);
   } else if (is_known && !core::halves_show_error(render)) {
     faults.add("/stop/denoised_error",
                "the error of denoised images of integrator '" + render.integrator +

@@ -8,10 +8,8 @@
 #include "api/json/limits.h"
 #include "core/base/invalid.h"
 #include "core/camera/camera_choice.h"
-#include "core/integrators/registry.h"
 #include "core/layers/layer_rows.h"
 #include "core/math/vec.h"
-#include "core/render/picture/light_not_found.h"
 
 namespace api {
 namespace {
@@ -148,22 +146,11 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     }
     return;
   }
-  // Whether the scene has media is checked against it.
-  add_error(core::check_light_rule(stop, spec.render, false), faults);
-  if (!stop.denoised_error) {
-    return;
+  if (stop.denoised_error) {
+    add_error(check_denoiser(spec.denoise.type, "/stop/denoised_error"), faults);
   }
-  // Stored jobs may name an integrator that this build lacks.
-  const core::RenderSettings render = core::with_caustics(spec.render);
-  const bool is_known = core::find_integrator(render.integrator) != nullptr;
-  const core::Status allowed = check_denoiser(spec.denoise.type, "/stop/denoised_error");
-  if (!allowed) {
-    add_error(allowed.error(), faults);
-  } else if (is_known && !core::halves_show_error(render)) {
-    faults.add("/stop/denoised_error",
-               "the error of denoised images of integrator '" + render.integrator +
-                   "' is unknown: its images are biased, and their halves show only the noise; "
-                   "give relative_error, samples_per_pixel or seconds");
+  for (core::BrokenRule& rule : core::broken_stop_rules(stop, spec.render, nullptr)) {
+    faults.add(std::move(rule.pointer), std::move(rule.reason));
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "api/job/integrator_row.h"
 #include "api/job/job_checks.h"
@@ -363,24 +365,32 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-std::string text_at(const Json& request, const char* pointer, std::string_view usual) {
+/// Returns the text of a member; empty if it has none.
+std::string text_at(const Json& request, const char* pointer) {
   const Json::json_pointer at(pointer);
   return request.contains(at) && request.at(at).is_string() ? request.at(at).get<std::string>()
-                                                            : std::string(usual);
+                                                            : std::string();
+}
+
+/// Takes the value of the row that the member names; one that no row has is refused later.
+template <typename T>
+void take_named(const Json& request, const char* pointer, std::span<const core::NamedValue<T>> rows,
+                T& out) {
+  const std::string name = text_at(request, pointer);
+  for (const core::NamedValue<T>& row : rows) {
+    out = row.name == name ? row.value : out;
+  }
 }
 
 /// Returns the defaults of the integrator named by the request, or of the default one.
 core::RenderSettings defaults_of(const Json& request) {
-  const core::RenderSettings usual;
-  const std::string type = text_at(request, "/integrator/type", usual.integrator);
+  const std::string type = text_at(request, "/integrator/type");
   const Json::json_pointer target("/stop/relative_error");
-  const bool has_error_target = request.contains(target) && !request.at(target).is_null();
-  core::RenderSettings out = core::default_settings(type, has_error_target);
-  if (type == usual.integrator && text_at(request, "/integrator/caustics", "off") != "off") {
-    out = core::default_settings(core::kCausticsIntegrator);
-    out.integrator = type;
-  }
-  return out;
+  core::DefaultTerms terms;
+  terms.has_error_target = request.contains(target) && !request.at(target).is_null();
+  take_named(request, "/integrator/caustics", core::caustics_types(), terms.caustics);
+  take_named(request, "/light_sampler/type", core::light_samplers(), terms.light_sampler);
+  return core::default_settings(type.empty() ? core::RenderSettings().integrator : type, terms);
 }
 
 }  // namespace
@@ -396,10 +406,6 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   read_members(table(), *value, job.spec, "", faults);
   set_stage_defaults(*value, job.spec);
   drop_image(job.spec);
-  if (job.spec.render.light_sampler == core::LightSamplerType::kRestir &&
-      !value->contains(Json::json_pointer("/estimator/splitting"))) {
-    job.spec.render.estimator.splitting = core::SplittingType::kNone;
-  }
   // Rules between members require valid members.
   if (faults.empty()) {
     check_camera(job.spec, faults);

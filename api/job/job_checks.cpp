@@ -1,7 +1,5 @@
 #include "api/job/job_checks.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -9,38 +7,9 @@
 #include "core/base/invalid.h"
 #include "core/camera/camera_choice.h"
 #include "core/layers/layer_rows.h"
-#include "core/math/vec.h"
 
 namespace api {
 namespace {
-
-/// Sine of the angle below which two directions count as equal: float coordinates of a few metres
-/// cannot distinguish them.
-constexpr double kParallelSine = 1e-6;
-
-struct Exact {
-  double x, y, z;
-};
-Exact exact(core::Place v) { return {v.x, v.y, v.z}; }
-double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
-
-void check_view(const core::CameraSettings& camera, Faults& faults) {
-  const Exact eye = exact(*camera.position);
-  const Exact target = exact(*camera.target);
-  const Exact forward = {target.x - eye.x, target.y - eye.y, target.z - eye.z};
-  if (norm(forward) == 0) {
-    faults.add("/camera/target", "equals position");
-    return;
-  }
-  const Exact up = exact(camera.up.value_or(core::Vec3{0, 1, 0}));
-  const Exact side = {forward.y * up.z - forward.z * up.y, forward.z * up.x - forward.x * up.z,
-                      forward.x * up.y - forward.y * up.x};
-  if (norm(up) > 0 && norm(side) <= kParallelSine * norm(forward) * norm(up)) {
-    faults.add("/camera/up", camera.up ? "is parallel to the direction from position to target"
-                                       : "is [0, 1, 0], which is parallel to the direction from "
-                                         "position to target; give another");
-  }
-}
 
 void add_error(const core::Status& status, Faults& faults) {
   if (!status) {
@@ -51,13 +20,7 @@ void add_error(const core::Status& status, Faults& faults) {
 }  // namespace
 
 void check_camera(const JobSpec& spec, Faults& faults) {
-  const core::CameraSettings& camera = spec.camera;
-  if (camera.name && camera.index) {
-    faults.add("/camera/index", "name and index both select a camera of the file; give only one");
-  }
-  if (camera.up && norm(exact(*camera.up)) == 0) {
-    faults.add("/camera/up", "is the zero vector");
-  }
+  core::CameraSettings camera = spec.camera;
   if (camera.type) {
     add_error(core::check_members(camera, *camera.type), faults);
   }
@@ -68,12 +31,11 @@ void check_camera(const JobSpec& spec, Faults& faults) {
                                     ? "sets the camera's position; give either orbit or pose"
                                     : "sets the camera's position; give either orbit or "
                                       "position and target");
-  } else if (camera.position && camera.target) {
-    check_view(camera, faults);
-  } else if (camera.position) {
-    faults.add("/camera/target", "is required with position");
-  } else if (camera.target) {
-    faults.add("/camera/position", "is required with target");
+    camera.position.reset();
+    camera.target.reset();
+  }
+  for (const core::Error& error : core::view_faults(camera)) {
+    faults.add(error.where, error.message);
   }
 }
 

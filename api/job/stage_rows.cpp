@@ -108,7 +108,7 @@ void read_visible(const Json& value, JobSpec& spec, const std::string& pointer, 
 }
 
 const auto& environment_table() {
-  constexpr Range kRadiance = {0, 1e9};
+  constexpr Range kRadiance = {0, limits::kRadiance};
   static constexpr auto kTable = std::tuple{
       CustomRow<JobSpec>{
           "asset", &read_asset,
@@ -159,7 +159,7 @@ const auto& environment_table() {
 }
 
 const auto& background_table() {
-  constexpr Range kRadiance = {0, 1e9};
+  constexpr Range kRadiance = {0, limits::kRadiance};
   static constexpr auto kTable = std::tuple{
       choice("type", &core::BackgroundSettings::type, &core::backgrounds,
              "Kind of background. Default: 'transparent' with ground 'catcher', otherwise "
@@ -188,7 +188,7 @@ const auto& background_table() {
 }
 
 const auto& ground_table() {
-  constexpr Range kMetres = {-1e9, 1e9};  // as for cameras
+  constexpr Range kMetres = {-limits::kMetres, limits::kMetres};
   constexpr Range kShare = {0, 1};
   constexpr auto kIsThere = [](const core::GroundSettings& s) {
     return s.type != core::GroundType::kNone;

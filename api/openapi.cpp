@@ -13,6 +13,7 @@
 #include "api/batch.h"
 #include "api/job/examples.h"
 #include "api/json/errors.h"
+#include "api/json/limits.h"
 #include "api/json/schemas.h"
 #include "api/lab.h"
 #include "api/operations.h"
@@ -46,7 +47,7 @@ Json path_parameter(const std::string& name, const Capabilities& capabilities) {
   Json schema = {{"type", "string"}};
   std::string doc = "Id.";
   if (name == "x" || name == "y") {
-    schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", 16383}};
+    schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", limits::kFilmSide - 1}};
     doc = name == "x" ? "Column, in pixels of the full film." : "Row, from the top.";
   } else if (name == "signature") {
     doc =

@@ -226,8 +226,9 @@ Parsed<PictureUrl> parse_picture_url(std::string_view scene, std::string_view vi
     const auto angle = [&](std::string_view text, const Range& range) {
       return read_number(number_in_query(std::string(text)), range, "/view", faults).value_or(0);
     };
-    url.theta_degrees = angle(view.substr(0, comma), {-36000, 36000});
-    url.phi_degrees = angle(view.substr(comma + 1, point - comma - 1), {0, 180});
+    url.theta_degrees =
+        angle(view.substr(0, comma), {-limits::kAngleDegrees, limits::kAngleDegrees});
+    url.phi_degrees = angle(view.substr(comma + 1, point - comma - 1), {0, limits::kPhiDegrees});
     url.format = view.substr(point + 1);
   }
   read_query(url_table(), query, url, faults);

@@ -248,11 +248,12 @@ void read_watched_jobs(const Json& value, TicketRequest& out, const std::string&
   for (std::size_t i = 0; i < value.size(); ++i) {
     const std::string place = join_pointer(pointer, std::to_string(i));
     const auto id = read_text(value[i], {1, 64}, place, faults);
-    if (id && !is_uuid(*id)) {
-      faults.add(place, shown(value[i]) + " is not a job id (UUID)");
-    } else if (id && std::find(out.jobs.begin(), out.jobs.end(), *id) != out.jobs.end()) {
+    if (!id || !expect_uuid(*id, "job", place, faults)) {
+      continue;
+    }
+    if (std::find(out.jobs.begin(), out.jobs.end(), *id) != out.jobs.end()) {
       faults.add(place, shown(value[i]) + " appears more than once");
-    } else if (id) {
+    } else {
       out.jobs.push_back(*id);
     }
   }

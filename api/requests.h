@@ -17,6 +17,7 @@
 
 #include "api/answers/job_view.h"
 #include "api/job/job_spec.h"
+#include "api/json/faults.h"
 #include "api/problem.h"
 #include "core/settings/choices.h"
 #include "core/settings/settings.h"
@@ -176,6 +177,9 @@ Parsed<std::monostate> parse_no_query(QueryParams query);
 
 /// 8-4-4-4-12 hex digits, any case.
 bool is_uuid(std::string_view text);
+/// Returns is_uuid(); if not, adds a fault. kind: "job", "batch".
+bool expect_uuid(const std::string& text, std::string_view kind, const std::string& pointer,
+                 Faults& faults);
 /// 64 lower-case hex digits.
 bool is_sha256(std::string_view text);
 

@@ -17,8 +17,6 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kScopes = {"read", "write", "admin", "worker"};
 constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "delivered", "failed"};
-constexpr std::int64_t kRateMax = 100'000'000;
-constexpr std::int64_t kDaysMax = 36'500;
 
 /// A member of a response: its printer and its schema.
 template <typename View>
@@ -197,11 +195,12 @@ const auto& key_request_table() {
             schema["default"] = defaults.scopes;
             return schema;
           }},
-      number("rate_limit", &KeyRequest::rate_limit, {0, kRateMax},
+      number("rate_limit", &KeyRequest::rate_limit, {0, limits::kKeyRate},
              "Requests per minute; 0: no limit; null: the server's default."),
       number("max_priority", &KeyRequest::max_priority, {0, limits::kPriority},
              "Maximum priority of its jobs."),
-      number("days", &KeyRequest::days, {1, kDaysMax}, "Days until the key expires; null: never."),
+      number("days", &KeyRequest::days, {1, limits::kKeyDays},
+             "Days until the key expires; null: never."),
   };
   return kTable;
 }

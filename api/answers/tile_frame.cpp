@@ -10,13 +10,13 @@
 
 #include "core/base/check.h"
 #include "core/math/intrinsics.h"
+#include "core/math/numbers.h"
 
 namespace api {
 namespace {
 
 constexpr std::array<unsigned char, 4> kMagic = {'T', 'S', 'R', '1'};
 constexpr int kSideMax = 65535;
-constexpr float kHalfMax = 65504;  // of float16
 
 struct Header {
   std::array<unsigned char, 4> magic;
@@ -34,10 +34,10 @@ std::uint32_t checksum(const void* data, std::size_t size) {
       crc32_z(crc32_z(0, nullptr, 0), static_cast<const Bytef*>(data), size));
 }
 
-/// Writes values as float16, at most kHalfMax.
+/// Writes values as float16, at most core::kHalfMax.
 void put_f16(std::span<const float> values, char* out) {
-  const __m256 most = _mm256_set1_ps(kHalfMax);
-  const __m256 least = _mm256_set1_ps(-kHalfMax);
+  const __m256 most = _mm256_set1_ps(core::kHalfMax);
+  const __m256 least = _mm256_set1_ps(-core::kHalfMax);
   for (std::size_t i = 0; i < values.size(); i += 8) {
     const std::size_t count = std::min<std::size_t>(8, values.size() - i);
     alignas(32) float eight[8] = {};

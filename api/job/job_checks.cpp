@@ -1,46 +1,15 @@
 #include "api/job/job_checks.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "api/json/limits.h"
+#include "core/base/invalid.h"
 #include "core/camera/camera_choice.h"
-#include "core/integrators/registry.h"
 #include "core/layers/layer_rows.h"
-#include "core/math/vec.h"
-#include "core/render/picture/light_not_found.h"
 
 namespace api {
 namespace {
-
-/// Sine of the angle below which two directions count as equal: float coordinates of a few metres
-/// cannot distinguish them.
-constexpr double kParallelSine = 1e-6;
-
-struct Exact {
-  double x, y, z;
-};
-Exact exact(core::Place v) { return {v.x, v.y, v.z}; }
-double norm(Exact v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
-
-void check_view(const core::CameraSettings& camera, Faults& faults) {
-  const Exact eye = exact(*camera.position);
-  const Exact target = exact(*camera.target);
-  const Exact forward = {target.x - eye.x, target.y - eye.y, target.z - eye.z};
-  if (norm(forward) == 0) {
-    faults.add("/camera/target", "equals position");
-    return;
-  }
-  const Exact up = exact(camera.up.value_or(core::Vec3{0, 1, 0}));
-  const Exact side = {forward.y * up.z - forward.z * up.y, forward.z * up.x - forward.x * up.z,
-                      forward.x * up.y - forward.y * up.x};
-  if (norm(up) > 0 && norm(side) <= kParallelSine * norm(forward) * norm(up)) {
-    faults.add("/camera/up", camera.up ? "is parallel to the direction from position to target"
-                                       : "is [0, 1, 0], which is parallel to the direction from "
-                                         "position to target; give another");
-  }
-}
 
 void add_error(const core::Status& status, Faults& faults) {
   if (!status) {
@@ -51,13 +20,7 @@ void add_error(const core::Status& status, Faults& faults) {
 }  // namespace
 
 void check_camera(const JobSpec& spec, Faults& faults) {
-  const core::CameraSettings& camera = spec.camera;
-  if (camera.name && camera.index) {
-    faults.add("/camera/index", "name and index both select a camera of the file; give only one");
-  }
-  if (camera.up && norm(exact(*camera.up)) == 0) {
-    faults.add("/camera/up", "is the zero vector");
-  }
+  core::CameraSettings camera = spec.camera;
   if (camera.type) {
     add_error(core::check_members(camera, *camera.type), faults);
   }
@@ -68,12 +31,11 @@ void check_camera(const JobSpec& spec, Faults& faults) {
                                     ? "sets the camera's position; give either orbit or pose"
                                     : "sets the camera's position; give either orbit or "
                                       "position and target");
-  } else if (camera.position && camera.target) {
-    check_view(camera, faults);
-  } else if (camera.position) {
-    faults.add("/camera/target", "is required with position");
-  } else if (camera.target) {
-    faults.add("/camera/position", "is required with target");
+    camera.position.reset();
+    camera.target.reset();
+  }
+  for (const core::Error& error : core::view_faults(camera)) {
+    faults.add(error.where, error.message);
   }
 }
 
@@ -123,6 +85,12 @@ void check_class(const JobSpec& spec, Faults& faults) {
   }
 }
 
+core::Status check_denoiser(core::DenoiserType type, std::string where) {
+  return type == core::DenoiserType::kNone
+             ? core::invalid(std::move(where), "the job's denoise.type is 'none'")
+             : core::ok_status();
+}
+
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults) {
   if (stop.meter_error && spec.render.meter.empty()) {
     faults.add("/stop/meter_error", "the job has no meter");
@@ -140,21 +108,11 @@ void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults
     }
     return;
   }
-  // Whether the scene has media is checked against it.
-  add_error(core::check_light_rule(stop, spec.render, false), faults);
-  if (!stop.denoised_error) {
-    return;
+  if (stop.denoised_error) {
+    add_error(check_denoiser(spec.denoise.type, "/stop/denoised_error"), faults);
   }
-  // Stored jobs may name an integrator that this build lacks.
-  const core::RenderSettings render = core::with_caustics(spec.render);
-  const bool is_known = core::find_integrator(render.integrator) != nullptr;
-  if (spec.denoise.type == core::DenoiserType::kNone) {
-    faults.add("/stop/denoised_error", "the job's denoise.type is 'none'");
-  } else if (is_known && !core::halves_show_error(render)) {
-    faults.add("/stop/denoised_error",
-               "the error of denoised images of integrator '" + render.integrator +
-                   "' is unknown: its images are biased, and their halves show only the noise; "
-                   "give relative_error, samples_per_pixel or seconds");
+  for (core::BrokenRule& rule : core::broken_stop_rules(stop, spec.render, nullptr)) {
+    faults.add(std::move(rule.pointer), std::move(rule.reason));
   }
 }
 

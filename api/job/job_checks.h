@@ -1,8 +1,12 @@
 /// Rules of a job request that depend on several members.
 #pragma once
 
+#include <string>
+
 #include "api/job/job_spec.h"
 #include "api/json/faults.h"
+#include "core/base/result.h"
+#include "core/denoise/denoiser_type.h"
 #include "core/integrators/rules.h"
 
 namespace api {
@@ -22,6 +26,8 @@ void check_class(const JobSpec& spec, Faults& faults);
 void check_rules(const JobSpec& spec, const core::SceneTraits* scene, Faults& faults);
 /// Refuses an open shutter in the rest pose.
 void check_shutter(const JobSpec& spec, Faults& faults);
+/// Refuses to denoise without a denoiser. where: who asks for it.
+core::Status check_denoiser(core::DenoiserType type, std::string where);
 /// Refuses a stop rule that needs an error estimate that the job lacks. stop: may differ from the
 /// job's.
 void check_error_target(const core::StopRules& stop, const JobSpec& spec, Faults& faults);

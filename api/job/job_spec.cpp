@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "api/job/integrator_row.h"
 #include "api/job/job_checks.h"
@@ -18,8 +20,7 @@
 namespace api {
 namespace {
 
-constexpr double kFar = 1e9;  ///< metres; beyond, floats are at least 64 m apart
-constexpr Range kCoordinate = {-kFar, kFar};
+constexpr Range kCoordinate = {-limits::kMetres, limits::kMetres};
 constexpr Range kFocalLength = {0, 1e9, true};  ///< pixels
 constexpr Range kFilmPlace = {-1e9, 1e9};       ///< pixels
 
@@ -65,7 +66,8 @@ constexpr auto camera_row() {
       shown_if([](const JobSpec& s) { return s.camera.orthographic_height_m.has_value(); },
                number(
                    "orthographic_height",
-                   [](auto& s) -> auto& { return s.camera.orthographic_height_m; }, {0, kFar, true},
+                   [](auto& s) -> auto& { return s.camera.orthographic_height_m; },
+                   {0, limits::kMetres, true},
                    "Height of an orthographic view, metres; null: the file camera's, or what a "
                    "perspective camera sees at the target's distance.")),
       number(
@@ -98,11 +100,11 @@ constexpr auto camera_row() {
           CustomRow<JobSpec>{"distortion", &read_distortion, &print_distortion,
                              &distortion_schema}),
       number(
-          "aperture_radius", [](auto& s) -> auto& { return s.camera.aperture_radius_m; }, {0, kFar},
-          "Radius of the lens, metres; 0 is a pinhole."),
+          "aperture_radius", [](auto& s) -> auto& { return s.camera.aperture_radius_m; },
+          {0, limits::kMetres}, "Radius of the lens, metres; 0 is a pinhole."),
       number(
           "focus_distance", [](auto& s) -> auto& { return s.camera.focus_distance_m; },
-          {0, kFar, true}, "Distance of the plane in focus, metres."));
+          {0, limits::kMetres, true}, "Distance of the plane in focus, metres."));
 }
 
 constexpr auto film_row() {
@@ -191,13 +193,13 @@ constexpr auto estimator_row() {
                 number(
                     "exponent", [](auto& s) -> auto& { return s.render.estimator.mis_exponent; },
                     {1, 16}, "Exponent of the power heuristic."))),
-      group(
-          "roulette", "Russian roulette.",
-          choice("type", kRoulette, &core::roulette_types, "Rule for the survival probability."),
-          option_of("/estimator/roulette/delta", kRoulette, &core::roulette_types,
-                    number(
-                        "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
-                        {0, 1e9}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
+      group("roulette", "Russian roulette.",
+            choice("type", kRoulette, &core::roulette_types, "Rule for the survival probability."),
+            option_of(
+                "/estimator/roulette/delta", kRoulette, &core::roulette_types,
+                number(
+                    "delta", [](auto& s) -> auto& { return s.render.estimator.roulette_delta; },
+                    {0, limits::kRadiance}, "Radiance [W/(m^2 sr)]; 0 traces every shadow ray."))),
       group("splitting", "Splitting of a path into several at its first surface.",
             choice("type", kSplitting, &core::splitting_types, "How their number is chosen."),
             option_of("/estimator/splitting/count", kSplitting, &core::splitting_types,
@@ -257,17 +259,19 @@ const auto& table() {
       camera_row(),
       text("variant", &JobSpec::variant, {1, limits::kNameCharacters},
            "Material variant of the file by name (KHR_materials_variants)."),
-      number("time_seconds", &JobSpec::time_seconds, {-1e6, 1e6},
+      number("time_seconds", &JobSpec::time_seconds,
+             {-limits::kSceneSeconds, limits::kSceneSeconds},
              "Animation time, seconds; null: the rest pose given by the file's transforms."),
       shown_if([](const JobSpec& s) { return s.render.shutter_seconds > 0; },
                number(
                    "shutter_seconds", [](auto& s) -> auto& { return s.render.shutter_seconds; },
-                   {0, 1e6},
+                   {0, limits::kSceneSeconds},
                    "Time that the shutter is open, in seconds, starting at time_seconds: animated "
                    "objects and the file's camera are blurred. 0: no motion blur.")),
       shown_if(
           [](const JobSpec& s) { return s.render.film.motion; },
-          number("motion_seconds", &JobSpec::motion_seconds, {-1e6, 1e6},
+          number("motion_seconds", &JobSpec::motion_seconds,
+                 {-limits::kSceneSeconds, limits::kSceneSeconds},
                  "Time from time_seconds to the second moment of the layer motion, which "
                  "includes the motion of the file's camera; negative: an earlier moment. In the "
                  "rest pose nothing moves.")),
@@ -363,24 +367,32 @@ std::string min_samples_warning(int asked, const core::RenderSettings& render) {
          std::to_string(render.replicates) + " replicates, from 20 samples on.";
 }
 
-std::string text_at(const Json& request, const char* pointer, std::string_view usual) {
+/// Returns the text of a member; empty if it has none.
+std::string text_at(const Json& request, const char* pointer) {
   const Json::json_pointer at(pointer);
   return request.contains(at) && request.at(at).is_string() ? request.at(at).get<std::string>()
-                                                            : std::string(usual);
+                                                            : std::string();
+}
+
+/// Takes the value of the row that the member names; one that no row has is refused later.
+template <typename T>
+void take_named(const Json& request, const char* pointer, std::span<const core::NamedValue<T>> rows,
+                T& out) {
+  const std::string name = text_at(request, pointer);
+  for (const core::NamedValue<T>& row : rows) {
+    out = row.name == name ? row.value : out;
+  }
 }
 
 /// Returns the defaults of the integrator named by the request, or of the default one.
 core::RenderSettings defaults_of(const Json& request) {
-  const core::RenderSettings usual;
-  const std::string type = text_at(request, "/integrator/type", usual.integrator);
+  const std::string type = text_at(request, "/integrator/type");
   const Json::json_pointer target("/stop/relative_error");
-  const bool has_error_target = request.contains(target) && !request.at(target).is_null();
-  core::RenderSettings out = core::default_settings(type, has_error_target);
-  if (type == usual.integrator && text_at(request, "/integrator/caustics", "off") != "off") {
-    out = core::default_settings(core::kCausticsIntegrator);
-    out.integrator = type;
-  }
-  return out;
+  core::DefaultTerms terms;
+  terms.has_error_target = request.contains(target) && !request.at(target).is_null();
+  take_named(request, "/integrator/caustics", core::caustics_types(), terms.caustics);
+  take_named(request, "/light_sampler/type", core::light_samplers(), terms.light_sampler);
+  return core::default_settings(type.empty() ? core::RenderSettings().integrator : type, terms);
 }
 
 }  // namespace
@@ -396,10 +408,6 @@ Parsed<ParsedJob> parse_job(std::string_view body) {
   read_members(table(), *value, job.spec, "", faults);
   set_stage_defaults(*value, job.spec);
   drop_image(job.spec);
-  if (light_reuse(job.spec.render.light_sampler) == core::LightReuse::kShare &&
-      !value->contains(Json::json_pointer("/estimator/splitting"))) {
-    job.spec.render.estimator.splitting = core::SplittingType::kNone;
-  }
   // Rules between members require valid members.
   if (faults.empty()) {
     check_camera(job.spec, faults);

@@ -28,8 +28,8 @@ std::vector<std::string> adaptive_warnings(const JobSpec& spec) {
     return warnings;
   }
   const int first = core::first_epoch(spec.render);
-  const core::RenderSettings usual =
-      core::default_settings(spec.render.integrator, spec.stop.relative_error.has_value());
+  const core::RenderSettings usual = core::default_settings(
+      spec.render.integrator, {.has_error_target = spec.stop.relative_error.has_value()});
   if (adaptive.type != usual.adaptive.type && spec.stop.samples_per_pixel &&
       *spec.stop.samples_per_pixel <= first) {
     warnings.push_back(

@@ -33,11 +33,11 @@ core::Vec3 to_camera(const JobSpec& spec) {
 
 }  // namespace
 
-std::optional<float> light_exposure_stops(const JobSpec& spec) {
+float auto_exposure_stops(const JobSpec& spec, const std::function<double()>& metered) {
   const core::EnvironmentSettings& light = spec.environment;
   const float strength = light.intensity * core::luminance(light.color);
   if (spec.environment_choice != EnvironmentChoice::kGiven || !light.preset || !(strength > 0)) {
-    return std::nullopt;
+    return static_cast<float>(metered());
   }
   constexpr auto kMost = static_cast<float>(limits::kExposureStops);
   const float stops =

@@ -9,7 +9,7 @@
 namespace api {
 namespace {
 
-constexpr Range kMetres = {-1e9, 1e9};
+constexpr Range kMetres = {-limits::kMetres, limits::kMetres};
 
 const auto& point_table() {
   static constexpr auto kTable = std::tuple{

@@ -4,6 +4,7 @@
 
 #include "api/job/job_rows.h"
 #include "api/json/fields.h"
+#include "api/json/limits.h"
 
 namespace api {
 namespace {
@@ -13,8 +14,6 @@ bool is_automatic(const Json& value) {
   return value.is_string() && value.get_ref<const std::string&>() == "auto";
 }
 
-constexpr double kOrbitMetresMax = 1e9;
-
 void read_orbit_radius(const Json& value, core::CameraOrbit& out, const std::string& pointer,
                        Faults& faults) {
   out.radius_m.reset();
@@ -23,7 +22,7 @@ void read_orbit_radius(const Json& value, core::CameraOrbit& out, const std::str
   }
   if (!value.is_number()) {
     faults.add(pointer, "expected 'auto' or a number, got " + std::string(type_text(value)));
-  } else if (const auto metres = read_number(value, {0, kOrbitMetresMax, true}, pointer, faults)) {
+  } else if (const auto metres = read_number(value, {0, limits::kMetres, true}, pointer, faults)) {
     out.radius_m = static_cast<float>(*metres);
   }
 }
@@ -38,7 +37,7 @@ void read_orbit_target(const Json& value, core::CameraOrbit& out, const std::str
     faults.add(pointer, "expected 'auto' or an array of three numbers, got " +
                             std::string(type_text(value)));
   } else if (const auto point =
-                 read_triple(value, {-kOrbitMetresMax, kOrbitMetresMax}, pointer, faults)) {
+                 read_triple(value, {-limits::kMetres, limits::kMetres}, pointer, faults)) {
     out.target = *point;
   }
 }
@@ -54,9 +53,10 @@ Json automatic_or(Json other, std::string_view doc) {
 const auto& orbit_table() {
   static constexpr auto kTable = std::tuple{
       number(
-          "theta_degrees", &core::CameraOrbit::theta_degrees, {-36000, 36000},
+          "theta_degrees", &core::CameraOrbit::theta_degrees,
+          {-limits::kAngleDegrees, limits::kAngleDegrees},
           "Angle of the camera about +y, counter-clockwise seen from above; 0 is in front (+z)."),
-      number("phi_degrees", &core::CameraOrbit::phi_degrees, {0, 180},
+      number("phi_degrees", &core::CameraOrbit::phi_degrees, {0, limits::kPhiDegrees},
              "Angle from +y: 0 looks down from above, 90 is level."),
       CustomRow<core::CameraOrbit>{
           "radius", &read_orbit_radius,
@@ -65,7 +65,7 @@ const auto& orbit_table() {
           },
           [](const core::CameraOrbit&) {
             Json metres = {{"type", "number"}};
-            add_range(metres, {0, kOrbitMetresMax, true});
+            add_range(metres, {0, limits::kMetres, true});
             return automatic_or(
                 std::move(metres),
                 "Distance from the target, metres; 'auto': the whole scene is in view.");
@@ -76,7 +76,7 @@ const auto& orbit_table() {
             object["target"] = s.target ? triple_json(*s.target) : Json("auto");
           },
           [](const core::CameraOrbit&) {
-            return automatic_or(triple_schema("", {-kOrbitMetresMax, kOrbitMetresMax}, false),
+            return automatic_or(triple_schema("", {-limits::kMetres, limits::kMetres}, false),
                                 "Point that the camera looks at, metres; 'auto': the centre of the "
                                 "scene's box.");
           }},

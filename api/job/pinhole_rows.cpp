@@ -9,12 +9,12 @@
 
 #include "api/job/job_rows.h"
 #include "api/json/fields.h"
+#include "api/json/limits.h"
 
 namespace api {
 namespace {
 
 constexpr double kShiftMost = 100;  ///< widths of the film
-constexpr double kFar = 1e9;        ///< as for positions
 constexpr double kCoefficientMost = 1e6;
 
 /// Reads an array of `least` to `most` numbers.
@@ -66,7 +66,8 @@ const auto& pose_table() {
       CustomRow<CameraPose>{
           "matrix",
           [](const Json& value, CameraPose& out, const std::string& pointer, Faults& faults) {
-            if (const auto numbers = read_numbers(value, 16, 16, kFar, pointer, faults)) {
+            if (const auto numbers =
+                    read_numbers(value, 16, 16, limits::kMetres, pointer, faults)) {
               std::copy(numbers->begin(), numbers->end(), out.matrix.begin());
             }
           },
@@ -75,7 +76,7 @@ const auto& pose_table() {
             return numbers_schema(
                 "4x4, row by row, from the camera's axes to the world, metres (the inverse of "
                 "OpenCV's extrinsics): a rotation and the camera's position.",
-                16, 16, kFar);
+                16, 16, limits::kMetres);
           },
           true}};
   return kTable;

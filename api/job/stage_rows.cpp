@@ -6,6 +6,7 @@
 
 #include "api/job/job_rows.h"
 #include "api/json/fields.h"
+#include "api/json/limits.h"
 #include "api/json/time_text.h"
 #include "api/requests.h"
 #include "core/integrators/registry.h"
@@ -107,7 +108,7 @@ void read_visible(const Json& value, JobSpec& spec, const std::string& pointer, 
 }
 
 const auto& environment_table() {
-  constexpr Range kRadiance = {0, 1e9};
+  constexpr Range kRadiance = {0, limits::kRadiance};
   static constexpr auto kTable = std::tuple{
       CustomRow<JobSpec>{
           "asset", &read_asset,
@@ -139,7 +140,8 @@ const auto& environment_table() {
           "Multiplies colour and image."),
       number(
           "rotation_degrees", [](auto& s) -> auto& { return s.environment.rotation_degrees; },
-          {-36000, 36000}, "Positive angles rotate it counter-clockwise seen from above."),
+          {-limits::kAngleDegrees, limits::kAngleDegrees},
+          "Positive angles rotate it counter-clockwise seen from above."),
       CustomRow<JobSpec>{"visible", &read_visible,
                          [](const JobSpec& s, Json& object) {
                            object["visible"] = !core::is_transparent(s.render);
@@ -157,7 +159,7 @@ const auto& environment_table() {
 }
 
 const auto& background_table() {
-  constexpr Range kRadiance = {0, 1e9};
+  constexpr Range kRadiance = {0, limits::kRadiance};
   static constexpr auto kTable = std::tuple{
       choice("type", &core::BackgroundSettings::type, &core::backgrounds,
              "Kind of background. Default: 'transparent' with ground 'catcher', otherwise "
@@ -186,7 +188,7 @@ const auto& background_table() {
 }
 
 const auto& ground_table() {
-  constexpr Range kMetres = {-1e9, 1e9};  // as for cameras
+  constexpr Range kMetres = {-limits::kMetres, limits::kMetres};
   constexpr Range kShare = {0, 1};
   constexpr auto kIsThere = [](const core::GroundSettings& s) {
     return s.type != core::GroundType::kNone;

@@ -28,6 +28,27 @@ core::Result<core::Vec3> view_direction_of(const JobSpec& spec, ViewInputs& inpu
 
 }  // namespace
 
+core::SceneMoment model_moment(const JobSpec& spec) {
+  core::SceneMoment moment;
+  moment.time_seconds = spec.time_seconds;
+  moment.variant = spec.variant;
+  return moment;
+}
+
+core::SceneMoment scene_moment(const JobSpec& spec) {
+  core::SceneMoment moment = model_moment(spec);
+  moment.shutter_seconds = spec.render.shutter_seconds;
+  return moment;
+}
+
+core::SceneMoment later_moment(const JobSpec& spec, double time_seconds, core::Place origin) {
+  core::SceneMoment moment = model_moment(spec);
+  moment.time_seconds = time_seconds;
+  moment.geometry_only = true;
+  moment.origin = origin;
+  return moment;
+}
+
 core::Result<core::View> view_of(const JobSpec& spec, ViewInputs& inputs) {
   const auto view_direction = view_direction_of(spec, inputs);
   if (!view_direction) {

@@ -13,8 +13,16 @@
 #include "core/lights/environment.h"
 #include "core/render/picture/view.h"
 #include "core/scene/scene.h"
+#include "core/scene/scene_moment.h"
 
 namespace api {
+
+/// What is read of the file of a job's scene.
+core::SceneMoment scene_moment(const JobSpec& spec);
+/// The same for ViewInputs::model(), which is of one moment: the one at which the shutter opens.
+core::SceneMoment model_moment(const JobSpec& spec);
+/// The same for the second time of motion vectors. origin: of the scene at the first.
+core::SceneMoment later_moment(const JobSpec& spec, double time_seconds, core::Place origin);
 
 /// Where the inputs of one job come from.
 class ViewInputs {

@@ -11,6 +11,7 @@
 
 #include "api/json/errors.h"
 #include "api/json/limits.h"
+#include "core/math/numbers.h"
 
 namespace api {
 namespace {
@@ -189,10 +190,9 @@ double shortest_double(float value) {
 }
 
 std::string number_text(double value) {
-  constexpr double kExactIntegers = 9007199254740992.0;
   std::array<char, 40> text{};
   char* const end = text.data() + text.size();
-  const bool whole = std::abs(value) <= kExactIntegers && std::trunc(value) == value;
+  const bool whole = std::abs(value) <= core::kExactIntegers && std::trunc(value) == value;
   const auto written = whole ? std::to_chars(text.data(), end, static_cast<std::int64_t>(value))
                              : std::to_chars(text.data(), end, value);
   return {text.data(), written.ptr};

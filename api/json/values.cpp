@@ -5,6 +5,8 @@
 #include <cmath>
 #include <system_error>
 
+#include "core/math/numbers.h"
+
 namespace api {
 
 bool Range::contains(double value) const noexcept {
@@ -207,8 +209,7 @@ std::string not_available(const Json& value, std::span<const std::string_view> a
 }
 
 Json number_json(double value) {
-  constexpr double kExactIntegers = 9007199254740992.0;
-  if (std::abs(value) < kExactIntegers && std::trunc(value) == value) {
+  if (std::abs(value) < core::kExactIntegers && std::trunc(value) == value) {
     return Json(static_cast<std::int64_t>(value));
   }
   return std::isfinite(value) ? Json(value) : Json(nullptr);

@@ -16,9 +16,7 @@ Json uuid_schema(const Query& /*defaults*/) { return {{"type", "string"}, {"form
 
 template <std::string Query::*member>
 void read_id(const std::string& text, Query& out, const std::string& pointer, Faults& faults) {
-  if (!is_uuid(text)) {
-    faults.add(pointer, shown(Json(text)) + " is not a job id (UUID)");
-  }
+  expect_uuid(text, "job", pointer, faults);
   out.*member = text;
 }
 

@@ -125,9 +125,7 @@ constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "deliver
 
 void read_delivery_job(const std::string& text, DeliveryListQuery& out, const std::string& pointer,
                        Faults& faults) {
-  if (!is_uuid(text)) {
-    faults.add(pointer, shown(Json(text)) + " is not a job id (UUID)");
-  }
+  expect_uuid(text, "job", pointer, faults);
   out.job = text;
 }
 

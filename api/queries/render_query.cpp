@@ -101,11 +101,13 @@ const auto& render_table() {
               "ground", [](auto& s) -> auto& { return s.render.ground; }, &core::grounds,
               "Ground under the model."),
           number(
-              "theta", [](auto& s) -> auto& { return s.render.theta_degrees; }, {-36000, 36000},
+              "theta", [](auto& s) -> auto& { return s.render.theta_degrees; },
+              {-limits::kAngleDegrees, limits::kAngleDegrees},
               "Degrees that the camera is turned about the model, counter-clockwise seen from "
               "above; 0 is in front (+z)."),
           number(
-              "phi", [](auto& s) -> auto& { return s.render.phi_degrees; }, {0, 180},
+              "phi", [](auto& s) -> auto& { return s.render.phi_degrees; },
+              {0, limits::kPhiDegrees},
               "Degrees of the camera from above: 0 looks down, 90 is level."),
           text(
               "variant", [](auto& s) -> auto& { return s.render.variant; },

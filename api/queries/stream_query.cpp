@@ -71,10 +71,8 @@ struct EventsReading {
 void read_jobs(const std::string& text, EventsReading& out, const std::string& pointer,
                Faults& faults) {
   each_part(text, [&](const std::string& id) {
-    if (!is_uuid(id)) {
-      faults.add(pointer, shown(Json(id)) + " is not a job id (UUID)");
-    } else if (std::find(out.query.jobs.begin(), out.query.jobs.end(), id) ==
-               out.query.jobs.end()) {
+    if (expect_uuid(id, "job", pointer, faults) &&
+        std::find(out.query.jobs.begin(), out.query.jobs.end(), id) == out.query.jobs.end()) {
       out.query.jobs.push_back(id);
     }
   });
@@ -86,9 +84,7 @@ void read_jobs(const std::string& text, EventsReading& out, const std::string& p
 
 void read_batch(const std::string& text, EventsReading& out, const std::string& pointer,
                 Faults& faults) {
-  if (!is_uuid(text)) {
-    faults.add(pointer, shown(Json(text)) + " is not a batch id (UUID)");
-  }
+  expect_uuid(text, "batch", pointer, faults);
   out.query.batch = text;
 }
 

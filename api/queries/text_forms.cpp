@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "api/json/limits.h"
+#include "api/json/values.h"
 #include "api/requests.h"
 
 namespace api {
@@ -65,6 +66,15 @@ bool is_uuid(std::string_view text) {
     }
   }
   return true;
+}
+
+bool expect_uuid(const std::string& text, std::string_view kind, const std::string& pointer,
+                 Faults& faults) {
+  if (is_uuid(text)) {
+    return true;
+  }
+  faults.add(pointer, shown(Json(text)) + " is not a " + std::string(kind) + " id (UUID)");
+  return false;
 }
 
 bool is_sha256(std::string_view text) {

@@ -9,50 +9,40 @@
 namespace cli {
 
 FileInputs::FileInputs(const api::JobSpec& spec, Sources sources, Options options)
-    : spec_(spec), sources_(std::move(sources)), options_(std::move(options)) {
-  gltf_.time_seconds = spec.time_seconds;
-  gltf_.shutter_seconds = spec.render.shutter_seconds;
-  gltf_.variant = spec.variant;
-  gltf_.limits.admit = core::until_stopped(options_.stop);
-}
+    : spec_(spec), sources_(std::move(sources)), options_(std::move(options)) {}
 
-core::Status FileInputs::read() {
-  if (!description_) {
-    auto description = sources_.scene(gltf_);
-    if (!description) {
-      return description.error();
-    }
-    description_ = *std::move(description);
-  }
-  return core::ok_status();
+core::Result<core::SceneDescription> FileInputs::read(const core::SceneMoment& moment) const {
+  core::GltfOptions options{moment};
+  options.limits.admit = core::until_stopped(options_.stop);
+  return sources_.scene(options);
 }
 
 core::Result<FileInputs::Model> FileInputs::model() {
-  if (const core::Status is_read = read(); !is_read) {
-    return is_read.error();
+  auto description = read(api::model_moment(spec_));
+  if (!description) {
+    return description.error();
   }
-  return Model{core::bounds_of(*description_), description_->origin, description_->cameras};
+  Model model{core::bounds_of(*description), description->origin, description->cameras};
+  if (spec_.render.shutter_seconds == 0) {
+    read_ = *std::move(description);
+  }
+  return model;
 }
 
 core::Result<std::shared_ptr<const core::Scene>> FileInputs::scene(core::Vec3 view_direction) {
-  if (const core::Status is_read = read(); !is_read) {
-    return is_read.error();
+  auto description = read_ ? core::Result<core::SceneDescription>(*std::move(read_))
+                           : read(api::scene_moment(spec_));
+  read_.reset();
+  if (!description) {
+    return description.error();
   }
-  core::add_ground(*description_, spec_.render.ground, view_direction);
-  auto scene =
-      core::Scene::build(*std::move(description_), options_.threads, options_.isa, options_.stop);
-  description_.reset();
-  return scene;
+  core::add_ground(*description, spec_.render.ground, view_direction);
+  return core::Scene::build(*std::move(description), options_.threads, options_.isa, options_.stop);
 }
 
 core::Result<std::shared_ptr<const core::MotionTarget>> FileInputs::later(double time_seconds,
                                                                           core::Place origin) {
-  core::GltfOptions options = gltf_;
-  options.time_seconds = time_seconds;
-  options.shutter_seconds = 0;
-  options.geometry_only = true;
-  options.origin = origin;
-  auto later = sources_.scene(options);
+  auto later = read(api::later_moment(spec_, time_seconds, origin));
   if (!later) {
     return later.error();
   }

@@ -35,13 +35,12 @@ class FileInputs final : public api::ViewInputs {
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings) override;
 
  private:
-  core::Status read();
+  core::Result<core::SceneDescription> read(const core::SceneMoment& moment) const;
 
   const api::JobSpec& spec_;
   const Sources sources_;
   const Options options_;
-  core::GltfOptions gltf_;
-  std::optional<core::SceneDescription> description_;  ///< until the scene is built
+  std::optional<core::SceneDescription> read_;  ///< by model(), if scene() needs the same
 };
 
 }  // namespace cli

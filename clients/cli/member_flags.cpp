@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <limits>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -49,23 +48,23 @@ constexpr std::array kStopFlags = {
                limits::kStopCpuSeconds, true},
 };
 
-constexpr double kAny = std::numeric_limits<double>::max();
-
 constexpr std::array kViewFlags = {
     MemberFlag{"--fov", "/camera/vertical_fov_degrees", Value::kNumber, "D",
                "Vertical field of view, degrees", "", 0, 180, true},
     MemberFlag{"--aperture", "/camera/aperture_radius", Value::kNumber, "M",
-               "Lens radius for depth of field, metres", "0", 0, kAny},
+               "Lens radius for depth of field, metres", "0", 0, limits::kMetres},
     MemberFlag{"--focus", "/camera/focus_distance", Value::kNumber, "M", "Focus distance, metres",
-               "", 0, kAny, true},
+               "", 0, limits::kMetres, true},
     MemberFlag{"--shutter", "/shutter_seconds", Value::kNumber, "S",
-               "Seconds that the shutter is open, which blurs animated motion", "0", 0, 1e6},
+               "Seconds that the shutter is open, which blurs animated motion", "0", 0,
+               limits::kSceneSeconds},
     MemberFlag{"--variant", "/variant", Value::kText, "NAME",
                "Name of the scene's material variant"},
     MemberFlag{"--rotation", "/environment/rotation_degrees", Value::kNumber, "D",
-               "Rotation of the environment, counter-clockwise seen from above, degrees"},
+               "Rotation of the environment, counter-clockwise seen from above, degrees", "0",
+               -limits::kAngleDegrees, limits::kAngleDegrees},
     MemberFlag{"--intensity", "/environment/intensity", Value::kNumber, "I",
-               "Multiplier of the environment's light", "1"},
+               "Multiplier of the environment's light", "1", 0, limits::kRadiance},
     MemberFlag{"--transparent", "/environment/visible", Value::kFalse, "",
                "Transparent background: the environment (white without --environment) lights the "
                "scene but is not visible"},
@@ -78,15 +77,17 @@ constexpr std::array kViewFlags = {
                "catcher (shows only shadows and reflections on a transparent background), sweep, "
                "none"},
     MemberFlag{"--ground-height", "/ground/height", Value::kNumber, "M",
-               "Height (y) of the ground, metres", "the model's lowest point"},
+               "Height (y) of the ground, metres", "the model's lowest point", -limits::kMetres,
+               limits::kMetres},
     MemberFlag{"--ground-reflection", "/ground/reflection", Value::kNumber, "0..1",
-               "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model"},
+               "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model", "0", 0,
+               1},
     MemberFlag{"--shadow", "/ground/shadow/color", Value::kText, "TYPE",
                "Colour of the shadow on a catcher: neutral (none), physical"},
     MemberFlag{"--shadow-strength", "/ground/shadow/strength", Value::kNumber, "0..1",
-               "Strength of that shadow", "1"},
+               "Strength of that shadow", "1", 0, 1},
     MemberFlag{"--shadow-softness", "/ground/shadow/softness", Value::kNumber, "0..1",
-               "Sine of the angle by which lights are widened for that shadow", "0"},
+               "Sine of the angle by which lights are widened for that shadow", "0", 0, 1},
 };
 
 constexpr std::array kMethodFlags = {
@@ -129,9 +130,7 @@ void add_check(CLI::Option& option, const MemberFlag& flag) {
   if (flag.value == Value::kShare) {
     option.transform(share_within(flag.min, flag.max));
   } else if (flag.value == Value::kNumber) {
-    option.check(flag.is_open          ? above_zero(flag.max)
-                 : flag.max > flag.min ? within(flag.min, flag.max)
-                                       : within(-kAny, kAny));
+    option.check(flag.is_open ? above_zero(flag.max) : within(flag.min, flag.max));
   }
 }
 

@@ -1,5 +1,6 @@
 /// Flags that set one member of the job request to their value, as rows; the API checks the value.
-/// Members without a row are set by --set.
+/// Members without a row are set by --set. Ranges and defaults are those of the request's schema,
+/// which this library cannot link; tests compare them.
 #pragma once
 
 #include <span>
@@ -31,8 +32,8 @@ struct MemberFlag {
   const char* text;
   const char* standard = "";  ///< the default, in help
   double min = 0;             ///< of numbers and shares
-  double max = 0;             ///< at min: any number
-  bool is_open = false;       ///< min itself is not allowed
+  double max = 0;
+  bool is_open = false;  ///< min itself is not allowed
 };
 
 /// Rules that end a job.

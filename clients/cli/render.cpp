@@ -12,8 +12,10 @@
 
 #include "api/answers/job_view.h"
 #include "api/answers/matte_manifest.h"
+#include "api/job/job_checks.h"
 #include "api/job/light_exposure.h"
 #include "api/json/schemas.h"
+#include "api/queries/fireflies.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
 #include "clients/cli/files.h"
@@ -111,8 +113,8 @@ class FilmDenoiser {
   /// Errors: a half is missing; the job's denoise.type is none.
   core::Result<core::MadeDenoised> denoise(const core::FilmSnapshot& film) {
     const core::DenoiserType type = job_.spec.denoise.type;
-    if (type == core::DenoiserType::kNone) {
-      return Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "--denoise"};
+    if (const core::Status allowed = api::check_denoiser(type, "--denoise"); !allowed) {
+      return allowed.error();
     }
     if (core::samples_of_halves(film) == 0) {
       return Error{ErrorCode::kInvalidArgument,
@@ -168,27 +170,28 @@ double exposure_of(const api::JobSpec& spec, const core::Brightness& brightness,
   if (flags.exposure != "auto") {
     return std::strtod(flags.exposure.c_str(), nullptr);
   }
-  const auto of_light = api::light_exposure_stops(spec);
-  return of_light ? static_cast<double>(*of_light) : brightness.auto_exposure;
+  return static_cast<double>(
+      api::auto_exposure_stops(spec, [&] { return brightness.auto_exposure; }));
 }
 
 /// Returns whether the plain image is written without fireflies. Errors: --fireflies that the
-/// output cannot honour, as for images of the server.
+/// output cannot honour.
 core::Result<bool> sets_aside(const JobFlags& flags) {
   const core::ImageFormat& format = *find_format(flags.output);
-  const bool is_denoised = !flags.denoise.empty() && flags.denoise != "off";
-  const auto refused = [](std::string why) {
-    return Error{ErrorCode::kInvalidArgument, std::move(why), "--fireflies"};
+  const auto asked = [&]() -> std::optional<api::Fireflies> {
+    if (flags.fireflies.empty()) {
+      return std::nullopt;
+    }
+    return flags.fireflies == "keep" ? api::Fireflies::kKeep : api::Fireflies::kSetAside;
   };
-  if (is_denoised) {
-    return flags.fireflies == "keep"
-               ? core::Result<bool>(refused("denoised images are made without fireflies"))
-               : false;
+  api::FireflyImage image;
+  image.is_linear = format.high_dynamic_range;
+  image.is_denoised = !flags.denoise.empty() && flags.denoise != "off";
+  if (format.extension != "exr") {
+    image.layer = core::kBeauty;
   }
-  if (format.extension == "exr" && flags.fireflies == "set_aside") {
-    return refused("an EXR of all layers keeps its light");
-  }
-  return flags.fireflies.empty() ? !format.high_dynamic_range : flags.fireflies == "set_aside";
+  auto made = api::sets_fireflies_aside(asked(), image);
+  return made ? std::move(made) : Error{made.error().code, made.error().message, "--fireflies"};
 }
 
 /// Returns the share of the light that was set aside.

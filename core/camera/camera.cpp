@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/camera/camera_choice.h"
 #include "core/camera/orbit.h"
@@ -19,15 +20,14 @@ constexpr float kDegree = kPi / 180;
 Result<Camera> Camera::create(const CameraSettings& settings,
                               const std::vector<CameraDescription>& cameras, const Bounds& bounds,
                               int width, int height) {
+  if (std::vector<Error> faults = view_faults(settings); !faults.empty()) {
+    return std::move(faults.front());
+  }
   const auto chosen = chosen_camera(settings, cameras);
   if (!chosen) {
     return chosen.error();
   }
   const CameraDescription* file = *chosen;
-  if (settings.position.has_value() != settings.target.has_value()) {
-    return Error{ErrorCode::kInvalidArgument, "position and target must be given together",
-                 settings.position ? "/camera/target" : "/camera/position"};
-  }
   if (const Status fits = check_values(settings, width, height); !fits) {
     return fits.error();
   }
@@ -87,13 +87,10 @@ Status Camera::place(const CameraSettings& settings, const CameraDescription* fi
     eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
     forward_ = center - eye_;
   }
-  if (!(length_squared(forward_) > 0)) {
-    return Error{ErrorCode::kInvalidArgument, "position and target are the same point",
-                 "/camera/target"};
-  }
   forward_ = normalize(forward_);
   const Vec3 right = cross(forward_, up_hint);
-  if (!(length_squared(right) > 1e-12F * std::max(length_squared(up_hint), 1e-20F))) {
+  // Positions were checked in double precision, by view_faults().
+  if (!settings.position && !span_view(forward_, up_hint)) {
     return Error{ErrorCode::kInvalidArgument, "up is parallel to the direction of view",
                  "/camera/up"};
   }

@@ -19,6 +19,8 @@ Error refused(std::string message, std::string pointer) {
   return {ErrorCode::kInvalidArgument, std::move(message), std::move(pointer)};
 }
 
+double norm(Place v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
 Status check_coefficients(const DistortionSettings& distortion) {
   const std::size_t count = distortion.k.size();
   const auto is_one_of = [count](std::vector<std::size_t> counts) {
@@ -89,12 +91,47 @@ Status check_pose(const CameraPose& pose) {
 
 }  // namespace
 
+bool span_view(Place forward, Place up) noexcept {
+  // Sine of the angle below which two directions count as equal: float coordinates of a few metres
+  // cannot distinguish them.
+  constexpr double kParallelSine = 1e-6;
+  constexpr double kShortest = 1e-16;  // its square is a float with all its digits
+  const Place side = {forward.y * up.z - forward.z * up.y, forward.z * up.x - forward.x * up.z,
+                      forward.x * up.y - forward.y * up.x};
+  return length_squared(forward.rounded()) > 0 &&
+         norm(side) > norm(forward) * std::max(kParallelSine * norm(up), kShortest);
+}
+
+std::vector<Error> view_faults(const CameraSettings& settings) {
+  std::vector<Error> faults;
+  if (settings.name && settings.index) {
+    faults.push_back(
+        refused("name and index both select a camera of the file; give only one", "/camera/index"));
+  }
+  const Place up = settings.up.value_or(Vec3{0, 1, 0});
+  const bool has_up = norm(up) > 0;
+  if (!has_up) {
+    faults.push_back(refused("is the zero vector", "/camera/up"));
+  }
+  if (settings.position.has_value() != settings.target.has_value()) {
+    faults.push_back(settings.position ? refused("is required with position", "/camera/target")
+                                       : refused("is required with target", "/camera/position"));
+  } else if (settings.position) {
+    const Place forward = *settings.target - *settings.position;
+    if (!(length_squared(forward.rounded()) > 0)) {
+      faults.push_back(refused("equals position", "/camera/target"));
+    } else if (has_up && !span_view(forward, up)) {
+      faults.push_back(refused(settings.up ? "is parallel to the direction from position to target"
+                                           : "is [0, 1, 0], which is parallel to the direction "
+                                             "from position to target; give another",
+                               "/camera/up"));
+    }
+  }
+  return faults;
+}
+
 Result<const CameraDescription*> chosen_camera(const CameraSettings& settings,
                                                const std::vector<CameraDescription>& cameras) {
-  if (settings.name && settings.index) {
-    return Error{ErrorCode::kInvalidArgument, "give a camera's name or its index, not both",
-                 "/camera/index"};
-  }
   if (settings.name) {
     for (const CameraDescription& camera : cameras) {
       if (camera.name == *settings.name) {

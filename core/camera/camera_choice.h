@@ -5,12 +5,19 @@
 
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
+#include "core/math/place.h"
 #include "core/settings/settings.h"
 
 namespace core {
 
+/// Returns whether an image can be upright: forward is not 0, and up is neither 0 nor parallel to
+/// it.
+bool span_view(Place forward, Place up) noexcept;
+/// Returns what members that place a camera lack, or why they describe no view, at "/camera/...".
+std::vector<Error> view_faults(const CameraSettings& settings);
+
 /// Returns the file's camera that the settings select, by default the first; null if the file has
-/// none. Errors: kInvalidArgument at "/camera/name" or "/camera/index".
+/// none. Pre: no view_faults(). Errors: kInvalidArgument at "/camera/name" or "/camera/index".
 Result<const CameraDescription*> chosen_camera(const CameraSettings& settings,
                                                const std::vector<CameraDescription>& cameras);
 /// Returns the type of the job's camera. file: as above. is_posed: the job places the camera.

@@ -193,18 +193,23 @@ std::vector<std::string_view> integrator_options() {
   return all;
 }
 
-RenderSettings default_settings(std::string_view integrator, bool has_error_target) {
+RenderSettings default_settings(std::string_view integrator, const DefaultTerms& terms) {
   RenderSettings settings;
-  const IntegratorEntry* row = find_integrator(integrator);
-  if (row == nullptr) {
+  settings.caustics = terms.caustics;
+  settings.light_sampler = terms.light_sampler;
+  if (find_integrator(integrator) == nullptr) {
     return settings;
   }
   settings.integrator = integrator;
+  const IntegratorEntry* row = find_integrator(with_caustics(settings).integrator);
   if (row->set_defaults != nullptr) {
     row->set_defaults(settings);
   }
-  if (has_error_target && row->accepts.has("/adaptive")) {
+  if (terms.has_error_target && row->accepts.has("/adaptive")) {
     settings.adaptive.type = AdaptiveType::kPilot;
+  }
+  if (light_reuse(terms.light_sampler) == LightReuse::kShare) {
+    settings.estimator.splitting = SplittingType::kNone;
   }
   return settings;
 }

@@ -78,11 +78,18 @@ std::vector<std::string_view> candidates_of(const RenderSettings& settings, bool
 /// Returns the options that at least one integrator accepts.
 std::vector<std::string_view> integrator_options();
 
-/// Returns the settings of a job that names only the integrator. Unknown name: those of
-/// RenderSettings. has_error_target: the job stops at an error target. It then uses pilot-driven
-/// adaptive sampling, which takes far fewer samples. Other jobs take the same count everywhere, so
-/// that parts of a job make up its film bit for bit.
-RenderSettings default_settings(std::string_view integrator, bool has_error_target = false);
+/// Members of a job, besides its integrator, on which the defaults of others depend.
+struct DefaultTerms {
+  /// The job stops at an error target. It then uses pilot-driven adaptive sampling, which takes far
+  /// fewer samples. Other jobs take the same count everywhere, so that parts of a job make up its
+  /// film bit for bit.
+  bool has_error_target = false;
+  CausticsType caustics = CausticsType::kOff;  ///< if on, the defaults of with_caustics()
+  /// 'restir' gives each path one light sample, so that it does not split.
+  LightSamplerType light_sampler = RenderSettings{}.light_sampler;
+};
+/// Returns the settings of a job that names only these. Unknown name: those of RenderSettings.
+RenderSettings default_settings(std::string_view integrator, const DefaultTerms& terms = {});
 
 /// The option of integrators whose clear surfaces can show the background.
 inline constexpr std::string_view kThroughGlass = "/background/through_glass";

@@ -355,4 +355,37 @@ std::vector<BrokenRule> broken_rules(const RenderSettings& asked, const CameraSe
   return std::move(walk.broken);
 }
 
+std::vector<BrokenRule> broken_stop_rules(const StopRules& stop, const RenderSettings& asked,
+                                          const SceneTraits* scene) {
+  std::vector<BrokenRule> broken;
+  const std::string_view obstacle =
+      census_obstacle(asked, scene != nullptr && scene->has_scattering);
+  if (stop.light_not_found && !obstacle.empty()) {
+    broken.push_back({"/stop/light_not_found", "light that was not found has no bound " +
+                                                   std::string(obstacle) +
+                                                   "; give relative_error, samples_per_pixel or "
+                                                   "seconds"});
+  }
+  const RenderSettings settings = with_caustics(asked);
+  // broken_rules() tells of an integrator that this build lacks.
+  const bool is_known = find_integrator(settings.integrator) != nullptr;
+  if (stop.denoised_error && is_known && !halves_show_error(settings)) {
+    broken.push_back({"/stop/denoised_error",
+                      "the error of denoised images of integrator '" + settings.integrator +
+                          "' is unknown: its images are biased, and their halves show only the "
+                          "noise; give relative_error, samples_per_pixel or seconds"});
+  }
+  return broken;
+}
+
+std::string_view census_obstacle(const RenderSettings& settings, bool has_scattering) {
+  if (settings.fog) {
+    return "with fog";
+  }
+  if (has_scattering) {
+    return "in a scene with scattering media";
+  }
+  return settings.shutter_seconds > 0 ? "with motion blur" : "";
+}
+
 }  // namespace core

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/settings/settings.h"
@@ -30,5 +31,12 @@ struct BrokenRule {
 /// scene: null if it is not known yet, which leaves out the rules on it.
 std::vector<BrokenRule> broken_rules(const RenderSettings& settings, const CameraSettings& camera,
                                      const SceneTraits* scene);
+/// The same for the rules that end the job: errors that they wait for must be measurable.
+std::vector<BrokenRule> broken_stop_rules(const StopRules& stop, const RenderSettings& settings,
+                                          const SceneTraits* scene);
+
+/// Returns why particles cannot follow all light: "with fog", in media that scatter, or of motion;
+/// empty if they can. has_scattering: as in SceneTraits.
+std::string_view census_obstacle(const RenderSettings& settings, bool has_scattering);
 
 }  // namespace core

@@ -1,4 +1,4 @@
-/// Numbers used by light transport.
+/// Numbers used by light transport, and ends of formats of numbers.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +11,10 @@ inline constexpr float kInvPi = 0.318309886183791F;
 inline constexpr float kTwoPi = 6.28318530717959F;
 /// The largest float below 1.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;
+/// The largest float16 (IEEE 754).
+inline constexpr float kHalfMax = 65504;
+/// A double holds all whole numbers up to this one.
+inline constexpr double kExactIntegers = 0x1p53;
 
 constexpr float square(float x) noexcept { return x * x; }
 inline float safe_sqrt(float x) noexcept { return std::sqrt(std::max(x, 0.0F)); }

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -19,6 +18,7 @@
 
 #include "core/base/result.h"
 #include "core/description/scene_description.h"
+#include "core/scene/scene_moment.h"
 
 namespace core {
 
@@ -37,21 +37,11 @@ struct GltfLimits {
   std::function<Status(std::uint64_t bytes)> admit = {};
 };
 
-struct GltfOptions {
-  std::optional<double> time_seconds = 0;  ///< animation time; empty: the rest pose
-  /// If positive, the shutter is open for this long from time_seconds on (core/scene_io/shutter.h).
-  double shutter_seconds = 0;
-  std::optional<std::string>
-      variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
+struct GltfOptions : SceneMoment {
   int scene_index = -1;  ///< -1: the file's default scene
-  /// Point from which positions count; empty: far_origin() of the scene (gltf_origin.h). Scenes at
-  /// several times of one picture share the first one's.
-  std::optional<Place> origin;
-  /// Reads only positions, cameras and names: no images and no tangents.
-  bool geometry_only = false;
   /// Refuses every fault that would otherwise be mended with a warning (gltf_repairs.h).
   bool is_strict = false;
-  GltfLimits limits;
+  GltfLimits limits = {};
 };
 
 /// For GltfLimits::admit: ends the reading with kCancelled when a stop is requested.

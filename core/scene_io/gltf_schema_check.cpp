@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/invalid.h"
+#include "core/math/numbers.h"
 #include "core/scene_io/gltf_schema.h"
 
 namespace core {
@@ -19,8 +20,8 @@ namespace {
 
 using Json = GltfJson;
 
-// JSON readers represent integers up to 2^53 exactly; file offsets are far smaller.
-constexpr double kIntegerMax = 9007199254740992.0;
+// JSON readers represent integers up to here exactly; file offsets are far smaller.
+constexpr double kIntegerMax = kExactIntegers;
 constexpr double kNumberMax = 3.4e38;  // FLT_MAX, rounded down
 
 constexpr const char* kIgnored = "it is ignored";

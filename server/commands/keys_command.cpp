@@ -26,9 +26,6 @@
 namespace server {
 namespace {
 
-constexpr double kDaySeconds = 24 * 3600;
-constexpr double kDaysMax = 36500;
-constexpr double kRateMax = 100'000'000;
 constexpr std::array<const char*, 3> kVerbs = {"add", "list", "remove"};
 
 constexpr const char* kKeysText =
@@ -178,10 +175,10 @@ int keys_command(const std::vector<std::string>& args) {
   app.add_option("--rate", given.rate_limit,
                  "Requests per minute of an added key; 0: no limit (the server's --rate-limit).")
       ->type_name("N")
-      ->check(flags::within(0, kRateMax));
+      ->check(flags::within(0, api::limits::kKeyRate));
   app.add_option("--days", given.days, "Days until an added key expires (never).")
       ->type_name("N")
-      ->check(flags::within(1, kDaysMax));
+      ->check(flags::within(1, api::limits::kKeyDays));
   app.add_flag("--json", given.as_json, "Print the list as JSON.");
   return flags::parse_and_run(
       app, args, [&given] { return change(given); },

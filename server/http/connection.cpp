@@ -226,7 +226,7 @@ Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, O
   } else if (stream != nullptr && !stream->slot) {
     stream->slot = context_.streams.try_enter(request.access.tenant);
     if (!stream->slot) {
-      response = problem_response(503, "too many streams are open", request.path);
+      response = no_stream_response(request.path);
     }
   }
   outcome.is_stream = place.is_of(context_.streams);

@@ -78,4 +78,8 @@ Response problem_response(int status, std::string_view detail, std::string_view 
   return problem_response(api::make_problem(status, std::string(detail)), instance);
 }
 
+Response no_stream_response(std::string_view instance) {
+  return problem_response(503, "too many streams are open", instance);
+}
+
 }  // namespace server

@@ -17,4 +17,7 @@ Response problem_response(const api::Problem& problem, std::string_view instance
 /// The same for a status in api::error_table().
 Response problem_response(int status, std::string_view detail, std::string_view instance);
 
+/// For a request that needs a stream while all are taken.
+Response no_stream_response(std::string_view instance);
+
 }  // namespace server

@@ -1,9 +1,11 @@
 /// StreamGate: limits open streams, in total and for each tenant, since each holds a thread.
 ///
-/// A route with a more specific error than 503 takes its slot first: `StreamSlot slot =
-/// gate.try_enter(request.access.tenant); if (!slot) return overloaded();`
+/// The server takes the slot of a stream that a route returns. A route with a more specific error
+/// than 503 takes it first: `StreamSlot slot = gate.try_enter(request.access.tenant); if (!slot)
+/// return overloaded();`
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -34,6 +36,11 @@ class StreamGate {
   int open_count() const {
     const core::MutexLock lock(mutex_);
     return open_count_;
+  }
+  /// Time between two polls of a stream: longer for each open one, to bound the total cost.
+  std::chrono::microseconds pace(std::chrono::microseconds alone) const {
+    constexpr std::chrono::microseconds kForEach{500};
+    return alone + kForEach * open_count();
   }
   int open_count_of(const std::string& owner) const {
     const core::MutexLock lock(mutex_);

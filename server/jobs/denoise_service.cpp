@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "api/job/job_checks.h"
 #include "api/json/error_codes.h"
 #include "core/denoise/make_denoiser.h"
 #include "core/denoise/oidn.h"
@@ -39,9 +40,7 @@ std::string key_of(const Job& job) { return std::to_string(job.sequence()) + "."
 core::DenoiserType type_of(const Job& job) { return job.record().view.spec.denoise.type; }
 
 core::Status check_denoiser(const Job& job) {
-  return type_of(job) == core::DenoiserType::kNone
-             ? Error{ErrorCode::kInvalidArgument, "the job's denoise.type is none", "/denoise"}
-             : core::ok_status();
+  return api::check_denoiser(type_of(job), "/denoise");
 }
 
 Error too_few_samples(int needed) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/answers/film_view.h"
+#include "api/job/view_of.h"
 #include "api/json/error_codes.h"
 #include "api/json/errors.h"
 #include "core/base/cgroup.h"
@@ -370,7 +371,7 @@ core::Result<core::View> JobService::scene_view(const Job& job) const {
 core::Result<std::shared_ptr<const core::MotionTarget>> JobService::scene_at(
     const Job& job, double time_seconds, core::Place origin) const {
   const api::JobSpec spec = job.record().view.spec;
-  return scenes_.later(spec.scene, time_seconds, spec.variant, origin);
+  return scenes_.later(spec.scene, api::later_moment(spec, time_seconds, origin));
 }
 
 Verdict JobService::check_stop(const core::StopRules& stop, const std::string& scene) const {

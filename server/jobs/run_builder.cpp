@@ -95,7 +95,7 @@ class CachedInputs final : public api::ViewInputs {
       : scenes_(scenes), spec_(spec), terms_(terms) {}
 
   core::Result<Model> model() override {
-    const auto scene = scenes_.load(spec_.scene, spec_.time_seconds, spec_.variant, terms_);
+    const auto scene = scenes_.load(spec_.scene, api::model_moment(spec_), terms_);
     if (!scene) {
       return scene.error();
     }
@@ -103,12 +103,12 @@ class CachedInputs final : public api::ViewInputs {
     return Model{summary.bounds, summary.origin, summary.cameras};
   }
   core::Result<std::shared_ptr<const core::Scene>> scene(core::Vec3 view_direction) override {
-    return scenes_.load(spec_.scene, spec_.time_seconds, spec_.variant, terms_,
-                        {spec_.render.ground, view_direction, spec_.render.shutter_seconds});
+    return scenes_.load(spec_.scene, api::scene_moment(spec_), terms_,
+                        {spec_.render.ground, view_direction});
   }
   core::Result<std::shared_ptr<const core::MotionTarget>> later(double time_seconds,
                                                                 core::Place origin) override {
-    return scenes_.later(spec_.scene, time_seconds, spec_.variant, origin, terms_);
+    return scenes_.later(spec_.scene, api::later_moment(spec_, time_seconds, origin), terms_);
   }
   core::Result<std::shared_ptr<const core::Environment>> environment(
       const std::optional<std::string>& asset, const core::EnvironmentSettings& settings) override {
@@ -161,16 +161,16 @@ void RunBuilder::add_shared(const api::JobSpec& spec, std::optional<core::Vec3> 
     memory.shared_bytes.emplace(needed.name, needed.bytes);
     memory.load_bytes = std::max(memory.load_bytes, needed.load_bytes);
   };
-  SceneStand stand = {.ground = spec.render.ground, .shutter_seconds = spec.render.shutter_seconds};
+  SceneStand stand = {.ground = spec.render.ground};
   if (stand.ground.type == core::GroundType::kSweep && view_direction) {
     stand.view_direction = *view_direction;
   } else if (stand.ground.type == core::GroundType::kSweep) {
     // Includes the scene without the ground, from which the camera is placed.
-    hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant));
+    hold(parts_.scenes.memory_of_scene(spec.scene, api::model_moment(spec)));
   }
-  hold(parts_.scenes.memory_of_scene(spec.scene, spec.time_seconds, spec.variant, stand));
+  hold(parts_.scenes.memory_of_scene(spec.scene, api::scene_moment(spec), stand));
   if (const auto seconds = api::later_seconds(spec)) {
-    hold(parts_.scenes.memory_of_later(spec.scene, *seconds, spec.variant));
+    hold(parts_.scenes.memory_of_later(spec.scene, api::later_moment(spec, *seconds, {})));
   }
   if (spec.environment_choice == api::EnvironmentChoice::kGiven && spec.environment_asset) {
     hold(parts_.scenes.memory_of_environment(*spec.environment_asset, spec.environment));

@@ -86,15 +86,15 @@ api::JobView view_of_finished(const Submissions::FinishedFilm& finished) {
 
 }  // namespace
 
-Verdict priority_allowed(int priority, const Access& access) {
+Verdict priority_allowed(int priority, const Access& access, std::string pointer) {
   if (priority <= access.priority_max) {
     return {};
   }
   return api::make_problem(
       ErrorCode::kInvalidArgument,
-      {api::FieldError{"/priority", std::to_string(priority) + " is more than " +
-                                        std::to_string(access.priority_max) +
-                                        ", the highest priority that this key allows"}});
+      {api::FieldError{std::move(pointer), std::to_string(priority) + " is more than " +
+                                               std::to_string(access.priority_max) +
+                                               ", the highest priority that this key allows"}});
 }
 
 std::optional<Error> Submissions::refused_work() const {

@@ -20,15 +20,16 @@
 #include "server/jobs/journal.h"
 #include "server/jobs/life_cycle.h"
 #include "server/jobs/run_builder.h"
+#include "server/observe/clock.h"
 #include "server/store/storage_quota.h"
 
 namespace server {
 
 /// Lifetime of an idempotency key.
-inline constexpr double kKeySeconds = 24 * 3600;
+inline constexpr double kKeySeconds = kDaySeconds;
 
-/// Refused if the key does not allow this priority.
-Verdict priority_allowed(int priority, const Access& access);
+/// Refused if the key does not allow this priority. pointer: of its member.
+Verdict priority_allowed(int priority, const Access& access, std::string pointer = "/priority");
 
 struct SubmissionOptions {
   double retention_seconds = 0;  ///< of jobs that have ended; 0: any time

@@ -5,6 +5,8 @@
 
 namespace server {
 
+inline constexpr double kDaySeconds = 24 * 3600;
+
 /// Seconds since 1970.
 inline double unix_now() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();

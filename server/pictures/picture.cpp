@@ -14,6 +14,7 @@
 #include "api/job/light_exposure.h"
 #include "api/job/picture_origin.h"
 #include "api/json/values.h"
+#include "api/queries/fireflies.h"
 #include "core/layers/exposure.h"
 #include "core/layers/layer_rows.h"
 #include "core/layers/layers.h"
@@ -131,13 +132,11 @@ std::optional<float> exposure_of(const core::Film& film, const Picture& picture)
   if (!picture.query.auto_exposure) {
     return picture.query.exposure_stops;
   }
-  if (const auto stops = api::light_exposure_stops(picture.view.spec)) {
-    return stops;
-  }
-  return static_cast<float>(
-      picture.auto_exposure
-          ? *picture.auto_exposure
-          : core::brightness_of(film, picture.view.spec.render.film).auto_exposure);
+  return api::auto_exposure_stops(picture.view.spec, [&] {
+    return picture.auto_exposure
+               ? *picture.auto_exposure
+               : core::brightness_of(film, picture.view.spec.render.film).auto_exposure;
+  });
 }
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {
@@ -225,35 +224,13 @@ std::optional<Error> refused_mix(const core::Film& film, const Picture& picture)
   return std::nullopt;
 }
 
-/// EXR of all layers stays raw, since its variances are those of the raw halves.
-std::optional<Error> refused_fireflies(const Picture& picture) {
-  const auto refused = [](std::string why) {
-    return Error{ErrorCode::kInvalidArgument, std::move(why), "/fireflies"};
-  };
-  if (!picture.query.fireflies) {
-    return std::nullopt;
-  }
-  if (picture.denoised) {
-    return *picture.query.fireflies == api::Fireflies::kKeep
-               ? std::optional(refused("denoised images are made without fireflies"))
-               : std::nullopt;
-  }
-  if (shows_all_layers(picture)) {
-    return *picture.query.fireflies == api::Fireflies::kKeep
-               ? std::nullopt
-               : std::optional(refused("an EXR of all layers keeps its light; give layer=beauty"));
-  }
-  return core::has_fireflies(std::string(layer_of(picture.query)))
-             ? std::nullopt
-             : std::optional(refused("applies only to beauty and light shares"));
-}
-
-bool sets_aside(const Picture& picture) {
-  const auto by_format =
-      picture.format.high_dynamic_range ? api::Fireflies::kKeep : api::Fireflies::kSetAside;
-  return !picture.denoised && !shows_all_layers(picture) &&
-         core::has_fireflies(std::string(layer_of(picture.query))) &&
-         picture.query.fireflies.value_or(by_format) == api::Fireflies::kSetAside;
+core::Result<bool> sets_aside(const Picture& picture) {
+  return api::sets_fireflies_aside(
+      picture.query.fireflies,
+      {.is_linear = picture.format.high_dynamic_range,
+       .is_denoised = picture.denoised != nullptr,
+       .layer = shows_all_layers(picture) ? std::nullopt
+                                          : std::optional<std::string>(layer_of(picture.query))});
 }
 
 /// Returns a weight for each of the film's shares: 0 for those that are not part of the image.
@@ -282,8 +259,7 @@ std::optional<Error> refused(const core::Film& film, const Picture& picture) {
     return Error{ErrorCode::kInvalidArgument, "only an EXR of all layers has parts", "/parts"};
   }
   auto fault = refused_mix(film, picture);
-  fault = fault ? fault : refused_ids(picture);
-  return fault ? fault : refused_fireflies(picture);
+  return fault ? fault : refused_ids(picture);
 }
 
 }  // namespace
@@ -292,6 +268,10 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
                                                 std::chrono::milliseconds patience) const {
   if (auto fault = refused(film, picture)) {
     return *std::move(fault);
+  }
+  const auto is_calm = sets_aside(picture);
+  if (!is_calm) {
+    return is_calm.error();
   }
   const std::uint64_t bytes = working_bytes(film, picture);
   // The film itself is held too.
@@ -316,7 +296,7 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
                                           : core::DenoiseMode::kMixed},
        .mix =
            picture.query.mix.empty() ? std::vector<float>() : all_weights(film, picture.query.mix),
-       .sets_aside = sets_aside(picture)});
+       .sets_aside = *is_calm});
   if (!layers) {
     return Error{layers.error().code, layers.error().message, "/layer"};
   }
@@ -350,9 +330,8 @@ core::Result<EncodedPicture> PictureMaker::make(const core::Film& film, const Pi
       .content =
           with_lease(std::make_shared<const std::string>(*std::move(encoded)), *std::move(lease)),
       .range = range,
-      .set_aside = sets_aside(picture) || picture.denoised
-                       ? std::optional(layers->set_aside().share())
-                       : std::nullopt,
+      .set_aside =
+          *is_calm || picture.denoised ? std::optional(layers->set_aside().share()) : std::nullopt,
       .exposure_stops = exposure};
 }
 

@@ -1,6 +1,8 @@
 #include "server/routes/answers.h"
 
 #include "api/json/errors.h"
+#include "api/json/limits.h"
+#include "api/requests.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 
@@ -53,6 +55,30 @@ api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, Needs
                              "the job renders no image: its film is null");
   }
   return *std::move(job);
+}
+
+core::Result<JobPointer> job_or_asset(JobService& jobs, const std::string& id,
+                                      const Access& access) {
+  return api::is_uuid(id) ? jobs.find(id, access) : JobPointer();
+}
+
+api::Problem no_preset_problem(std::string_view name) {
+  return api::make_problem(core::ErrorCode::kNotFound,
+                           "no preset has the name \"" + std::string(name) + "\"");
+}
+
+core::Error body_cut_short() { return {core::ErrorCode::kBadSyntax, "the body was cut short", ""}; }
+
+core::Result<std::string> idempotency_key(const Request& request) {
+  const auto key = request.header("Idempotency-Key");
+  constexpr auto kMost = static_cast<std::size_t>(api::limits::kIdempotencyKeyBytes);
+  if (key && (key->empty() || key->size() > kMost)) {
+    return core::Error{core::ErrorCode::kBadSyntax,
+                       "Idempotency-Key has " + std::to_string(key->size()) + " bytes; 1 to " +
+                           std::to_string(kMost) + " are allowed",
+                       ""};
+  }
+  return std::string(key.value_or(""));
 }
 
 core::Result<std::optional<std::int64_t>> page_start(const std::string& cursor) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/problem.h"
@@ -23,6 +24,17 @@ enum class Needs { kJob, kImage };
 /// Returns the job `{id}`. Problems: 404 if the request may see no such job, or if the job renders
 /// no image and one is needed.
 api::Parsed<JobPointer> find_job(JobService& jobs, const Request& request, Needs needs);
+
+/// Returns the job of an id; null for one that can only be of an asset. Errors: of
+/// JobService::find().
+core::Result<JobPointer> job_or_asset(JobService& jobs, const std::string& id,
+                                      const Access& access);
+
+api::Problem no_preset_problem(std::string_view name);
+/// For a body that ended before its declared length.
+core::Error body_cut_short();
+/// Returns the header Idempotency-Key; empty if there is none. Errors: kBadSyntax.
+core::Result<std::string> idempotency_key(const Request& request);
 
 /// Returns the sequence before which a page starts; empty: at the newest row. Errors: kBadSyntax at
 /// "/cursor".

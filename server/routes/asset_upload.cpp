@@ -4,12 +4,10 @@
 #include <string_view>
 
 #include "server/observe/clock.h"
+#include "server/routes/answers.h"
 #include "server/routes/asset_check.h"
 
 namespace server {
-
-using core::Error;
-using core::ErrorCode;
 
 core::Result<StoredAsset> store_asset(const RouteContext& context, const Access& access,
                                       const AssetUpload& asset) {
@@ -40,7 +38,7 @@ core::Result<StoredAsset> store_asset(const RouteContext& context, const Access&
     return written.error();
   }
   if (!complete) {
-    return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
+    return body_cut_short();
   }
   const auto was_uploaded = context.assets.was_uploaded(upload->id());
   if (!was_uploaded) {

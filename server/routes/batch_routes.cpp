@@ -26,8 +26,6 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::size_t kKeyBytesMax = 255;
-
 std::string id_of(const Request& request) { return std::string(request.path_param("id")); }
 
 Response batch_answer(int status, const api::BatchView& batch) {
@@ -69,14 +67,12 @@ Response create_batch(const RouteContext& context, Request& request) {
     return refused ? problem_answer(request, *refused)
                    : json_response(200, api::batch_dry_run_json(*parsed));
   }
-  const std::string key(request.header("Idempotency-Key").value_or(""));
-  if (key.size() > kKeyBytesMax || (key.empty() && request.header("Idempotency-Key"))) {
-    return error_answer(
-        request, ErrorCode::kBadSyntax,
-        "Idempotency-Key has " + std::to_string(key.size()) + " bytes; 1 to 255 are allowed");
+  const auto key = idempotency_key(request);
+  if (!key) {
+    return error_answer(request, key.error());
   }
   const auto submitted =
-      context.batches.submit(*std::move(parsed), request.access, key,
+      context.batches.submit(*std::move(parsed), request.access, *key,
                              core::sha256_hex(request.body.data(), request.body.size()));
   if (!submitted) {
     return problem_answer(request, submitted.problem());

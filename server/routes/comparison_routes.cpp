@@ -194,8 +194,7 @@ core::Status check_memory(const RouteContext& context, const std::vector<std::st
   std::uint64_t pictures = 0;
   std::uint64_t film = 0;
   for (const std::string& id : sides) {
-    const auto job = api::is_uuid(id) ? context.jobs.find(id, request.access)
-                                      : core::Result<JobPointer>(JobPointer());
+    const auto job = job_or_asset(context.jobs, id, request.access);
     if (!job || !*job) {
       continue;  // find_picture() reports the error; files are measured when they are read.
     }

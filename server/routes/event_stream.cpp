@@ -10,7 +10,6 @@ namespace {
 
 constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
 constexpr std::size_t kStreamDigitsMax = 12;
-constexpr std::uint32_t kRetryMs = 2000;
 
 }  // namespace
 
@@ -36,6 +35,12 @@ std::optional<std::int64_t> stream_number(std::string_view name) {
     run = run * 36 + static_cast<std::int64_t>(value);
   }
   return run;
+}
+
+std::string farewell_text() {
+  constexpr int kRetryMs = 2000;
+  return "retry: " + std::to_string(kRetryMs) + "\n\n" +
+         format_sse_comment("the server is shutting down");
 }
 
 EventStream::EventStream(JobService& jobs, JobPointer job, std::optional<SseId> last,
@@ -70,9 +75,7 @@ void EventStream::run(StreamWriter& writer) {
   }
   while (!ended_ && !writer.client_gone()) {
     if (writer.stopping()) {
-      // Asks the client to reconnect and resume.
-      writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server is shutting down"));
+      writer.write(farewell_text());
       return;
     }
     if (!send_news(writer)) {
@@ -169,7 +172,7 @@ bool EventStream::send_news(StreamWriter& writer) {
       return false;
     }
     written_ = now;
-  } else if (now - written_ >= options_.ping) {
+  } else if (now - written_ >= kEventsPing) {
     if (!writer.write(format_sse_comment("ping"))) {
       return false;
     }
@@ -184,11 +187,11 @@ bool EventStream::send_news(StreamWriter& writer) {
 void EventStream::wait_for_news(bool has_sent, StreamWriter& writer) const {
   if (has_sent) {
     // Tile events may wait for the next interval; states may not.
-    job_->log().wait_after(seq_, EventLog::Wake::kDurable, Clock::now() + pace(),
-                           writer.stop_token());
+    job_->log().wait_after(seq_, EventLog::Wake::kDurable,
+                           Clock::now() + streams_.pace(kEventsPace), writer.stop_token());
     return;
   }
-  const auto ping_due = written_ + options_.ping;
+  const auto ping_due = written_ + kEventsPing;
   const auto due =
       progress_pending_ ? std::min(ping_due, progress_told_ + options_.progress) : ping_due;
   job_->log().wait_after(seq_, EventLog::Wake::kAnything, due, writer.stop_token());
@@ -217,10 +220,6 @@ std::string EventStream::format_event(const LoggedEvent& event) {
     return *job_->tile_texts().of(event.tile, event.seq, [&] { return tile_text(event); });
   }
   return text_of(format_sse_id(stream_, event.seq), event.type, event.data);
-}
-
-EventStream::Clock::duration EventStream::pace() const {
-  return options_.pace + options_.pace_for_each * streams_.open_count();
 }
 
 std::string EventStream::tile_text(const LoggedEvent& event) {

@@ -21,14 +21,17 @@ std::string stream_name(std::int64_t run);
 /// Returns empty if the name is not such a number.
 std::optional<std::int64_t> stream_number(std::string_view name);
 
+/// Silence after which a stream of events sends a comment.
+inline constexpr std::chrono::seconds kEventsPing{15};
+/// Between two polls, as for StreamGate::pace().
+inline constexpr std::chrono::microseconds kEventsPace{50'000};
+/// Asks the client to reconnect and resume, since the server stops.
+std::string farewell_text();
+
 class EventStream {
  public:
   struct Options {
-    std::chrono::milliseconds ping{15000};
     std::chrono::milliseconds progress{500};
-    /// Between two polls; longer for each open stream, to bound the total cost.
-    std::chrono::microseconds pace{50'000};
-    std::chrono::microseconds pace_for_each{500};
     std::size_t tiles_at_a_time = 256;
     /// Formats an event; empty: format_sse().
     std::function<std::string(const SseEvent&)> format = {};
@@ -63,7 +66,6 @@ class EventStream {
   void wait_for_news(bool has_sent, StreamWriter& writer) const;
   std::string format_event(const LoggedEvent& event);
   std::string tile_text(const LoggedEvent& event);
-  Clock::duration pace() const;
   std::string snapshot(const std::string& id) const;
   void append_due_progress(std::string& text);
 

@@ -315,8 +315,7 @@ Response merge(const RouteContext& context, Turns& turns, Request& request) {
   for (std::size_t i = 0; i < parsed->films.size(); ++i) {
     const std::string where = "/films/" + std::to_string(i);
     const std::string& id = parsed->films[i];
-    const auto job = api::is_uuid(id) ? context.jobs.find(id, request.access)
-                                      : core::Result<JobPointer>(JobPointer());
+    const auto job = job_or_asset(context.jobs, id, request.access);
     auto source = !job   ? core::Result<Source>(job.error())
                   : *job ? film_of_job(context, **job, request.stop_token())
                          : film_of_asset(context, id, request.access);

@@ -16,6 +16,7 @@
 #include "core/base/sha256.h"
 #include "core/image_io/image_texts.h"
 #include "server/http/conditional.h"
+#include "server/http/problem.h"
 #include "server/http/text.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
@@ -28,7 +29,6 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::size_t kKeyBytesMax = 255;
 /// Part of an image file before its pixels: a job request and a few lines.
 constexpr std::size_t kPictureHeadBytes = std::size_t{2} << 20U;
 
@@ -124,7 +124,7 @@ Asked read_picture(const RouteContext& context, Request& request) {
     return true;
   });
   if (!is_complete) {
-    return {api::make_problem(ErrorCode::kBadSyntax, "the body was cut short"), {}};
+    return {api::from_error(body_cut_short()), {}};
   }
   const auto texts = core::read_image_texts(std::as_bytes(std::span(head)));
   if (!texts) {
@@ -160,13 +160,12 @@ Response create_job(const RouteContext& context, Request& request, const api::Su
   }
   JobService::Submission submission;
   submission.access = request.access;
-  if (const auto key = request.header("Idempotency-Key")) {
-    if (key->empty() || key->size() > kKeyBytesMax) {
-      return error_answer(
-          request, ErrorCode::kBadSyntax,
-          "Idempotency-Key has " + std::to_string(key->size()) + " bytes; 1 to 255 are allowed");
-    }
-    submission.key = std::string(*key);
+  auto key = idempotency_key(request);
+  if (!key) {
+    return error_answer(request, key.error());
+  }
+  if (!key->empty()) {
+    submission.key = *std::move(key);
     submission.body_hash = asked.hash;
   }
   const auto submitted = context.jobs.submit(std::move(*parsed), submission);
@@ -207,7 +206,7 @@ Response get_job(const RouteContext& context, Request& request, const JobPointer
   const auto known = request.headers.joined("If-None-Match");
   if (query.wait_seconds > 0) {
     if (!take_stream_place(context, request)) {
-      return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
+      return no_stream_response(request.path);
     }
     const auto deadline = deadline_in(honoured_wait(context, query.wait_seconds));
     if (known) {

@@ -8,12 +8,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint32_t kRetryMs = 2000;
-constexpr std::chrono::seconds kPing{15};
 /// Interval for polling the jobs' logs: a thread can wait on only one of them.
 constexpr std::chrono::milliseconds kJobsPoll{100};
-constexpr std::chrono::microseconds kPace{50'000};
-constexpr std::chrono::microseconds kPaceForEach{500};
 
 /// Returns one id for each job, or none.
 std::vector<SseId> parse_ids(std::string_view text, std::size_t count) {
@@ -81,8 +77,7 @@ void JobsStream::run(StreamWriter& writer) {
   auto written = Clock::now();
   while (writer.write(text) && !has_ended() && !writer.client_gone()) {
     if (writer.stopping()) {
-      writer.write("retry: " + std::to_string(kRetryMs) + "\n\n" +
-                   format_sse_comment("the server is shutting down"));
+      writer.write(farewell_text());
       return;
     }
     wait(!text.empty(), writer);
@@ -91,7 +86,7 @@ void JobsStream::run(StreamWriter& writer) {
       text += part->has_ended() ? std::string() : part->news();
     }
     const auto now = Clock::now();
-    if (text.empty() && now - written >= kPing) {
+    if (text.empty() && now - written >= kEventsPing) {
       text = format_sse_comment("ping");
     }
     written = text.empty() ? written : now;
@@ -102,8 +97,8 @@ void JobsStream::wait(bool has_sent, StreamWriter& writer) const {
   const auto running = std::find_if(parts_.begin(), parts_.end(),
                                     [](const auto& part) { return !part->has_ended(); });
   const EventLog& log = (*running)->job().log();
-  const auto pace = kPace + kPaceForEach * streams_.open_count();
-  const auto until = Clock::now() + (has_sent ? Clock::duration(pace) : Clock::duration(kJobsPoll));
+  const auto until = Clock::now() + (has_sent ? Clock::duration(streams_.pace(kEventsPace))
+                                              : Clock::duration(kJobsPoll));
   log.wait_after(log.last_seq(), has_sent ? EventLog::Wake::kDurable : EventLog::Wake::kAnything,
                  until, writer.stop_token());
 }

@@ -17,8 +17,6 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double kDaySeconds = 24 * 3600;
-
 Response list_keys(const RouteContext& context, Request& request) {
   const auto rows = context.keys.list();
   if (!rows) {

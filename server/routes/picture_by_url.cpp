@@ -10,6 +10,7 @@
 #include "api/json/errors.h"
 #include "api/queries/render_query.h"
 #include "core/base/url_signature.h"
+#include "server/http/problem.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/job_answers.h"
@@ -46,11 +47,6 @@ struct Granted {
   std::string tenant;
   api::Preset preset;
 };
-
-api::Problem no_preset_problem(std::string_view name) {
-  return api::make_problem(ErrorCode::kNotFound,
-                           "no preset has the name \"" + std::string(name) + "\"");
-}
 
 /// Problems: 403 for a signature that no key makes; 404.
 api::Parsed<Granted> grant(const RouteContext& context, const Request& request) {
@@ -188,7 +184,7 @@ Response picture_by_url(const RouteContext& context, const UrlVisitors& shared, 
     return image_of(context, request, *known, *format, context.jobs.view(**known));
   }
   if (!take_stream_place(context, request)) {
-    return busy(request, "too many streams are open");
+    return no_stream_response(request.path);
   }
   const auto submitted = shared.started.enter(
       granted->tenant, std::string(request.path_param("preset")), *known != nullptr,

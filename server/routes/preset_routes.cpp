@@ -11,6 +11,7 @@
 
 #include "api/json/errors.h"
 #include "api/json/limits.h"
+#include "server/jobs/submissions.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
 #include "server/routes/context.h"
@@ -22,8 +23,7 @@ using core::Error;
 using core::ErrorCode;
 
 Response no_preset(const Request& request, std::string_view name) {
-  return error_answer(request, ErrorCode::kNotFound,
-                      "no preset has the name \"" + std::string(name) + "\"");
+  return problem_answer(request, no_preset_problem(name));
 }
 
 /// Returns the presets that the request may see, its own first.
@@ -55,12 +55,9 @@ Response put(const RouteContext& context, Request& request) {
   if (!preset) {
     return problem_answer(request, preset.problem());
   }
-  if (preset->priority > request.access.priority_max) {
-    return error_answer(request,
-                        Error{ErrorCode::kInvalidArgument,
-                              "is more than " + std::to_string(request.access.priority_max) +
-                                  ", the highest priority that this key allows",
-                              "/job/priority"});
+  if (const Verdict allowed = priority_allowed(preset->priority, request.access, "/job/priority");
+      !allowed) {
+    return problem_answer(request, allowed.problem());
   }
   const auto replaced = context.presets.put({.name = name,
                                              .body = request.body,

@@ -8,6 +8,7 @@
 #include "api/json/errors.h"
 #include "api/json/limits.h"
 #include "core/base/invalid.h"
+#include "server/http/problem.h"
 #include "server/pictures/image_look.h"
 #include "server/routes/answers.h"
 #include "server/routes/job_answers.h"
@@ -104,7 +105,7 @@ Rendered render_order(const RouteContext& context, WaitingClients& clients, Requ
     return {*std::move(refused)};
   }
   if (!take_stream_place(context, request)) {
-    return {error_answer(request, ErrorCode::kUnavailable, "too many streams are open")};
+    return {no_stream_response(request.path)};
   }
   const auto submission = order.is_once ? JobService::Submission{.access = request.access}
                                         : submission_by_content(request.access, job->spec);

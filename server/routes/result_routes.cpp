@@ -167,15 +167,10 @@ Response stream_pictures(const RouteContext& context, const Request& request, co
       !there && there.error().code == api::kGone) {
     return error_answer(request, there.error());
   }
-  StreamSlot slot = context.streams.try_enter(request.access.tenant);
-  if (!slot) {
-    return error_answer(request, ErrorCode::kUnavailable, "too many streams are open");
-  }
   auto stream = std::make_shared<PictureStream>(context, job, *format, query);
   std::string type(kMultipart);
   type.append("; boundary=").append(kBoundary);
-  return stream_response(
-      std::move(type), [stream](StreamWriter& writer) { stream->run(writer); }, std::move(slot));
+  return stream_response(std::move(type), [stream](StreamWriter& writer) { stream->run(writer); });
 }
 
 Response image(const RouteContext& context, Request& request, const JobPointer& job,

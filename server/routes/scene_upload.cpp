@@ -12,9 +12,6 @@
 
 namespace server {
 
-using core::Error;
-using core::ErrorCode;
-
 namespace {
 
 /// The answer to a client that has sent these names the next ones.
@@ -55,7 +52,7 @@ core::Result<SceneService::Upload> read_body(const RouteContext& context, const 
     return room.error();
   }
   if (!complete) {
-    return Error{ErrorCode::kBadSyntax, "the body was cut short", ""};
+    return body_cut_short();
   }
   return SceneService::Upload(std::move(content), *std::move(lease));
 }

@@ -75,16 +75,11 @@ Response tiles(const RouteContext& context, Request& request, const JobPointer& 
       return error_answer(request, fits.error());
     }
   }
-  StreamSlot slot = context.streams.try_enter(request.access.tenant);
-  if (!slot) {
-    return error_answer(request, core::ErrorCode::kUnavailable, "too many streams are open");
-  }
   auto stream = std::make_shared<TileStream>(
       TileStream::Parts{context.jobs, context.denoising, context.tile_frames, context.streams}, job,
       query);
-  Response response = stream_response(
-      "application/vnd.tessera.tiles", [stream](StreamWriter& writer) { stream->run(writer); },
-      std::move(slot));
+  Response response = stream_response("application/vnd.tessera.tiles",
+                                      [stream](StreamWriter& writer) { stream->run(writer); });
   response.compressible = true;
   return response;
 }

@@ -20,7 +20,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kPieceBytes = 16U << 10U;
 constexpr std::chrono::milliseconds kTilePoll{1000};
 constexpr std::chrono::microseconds kPace{20'000};
-constexpr std::chrono::microseconds kPaceForEach{500};
 /// Marks frames without fireflies in the cache; not a flag of frames.
 constexpr std::uint32_t kCalmFrame = 1U << 31U;
 
@@ -108,9 +107,8 @@ void TileStream::run(StreamWriter& writer) {
     const auto now = Clock::now();
     job_->log().wait_after(seq, EventLog::Wake::kAnything, now + kTilePoll, writer.stop_token());
     const std::uint64_t news = job_->log().last_seq();
-    const auto pace = kPace + kPaceForEach * parts_.streams.open_count();
-    job_->log().wait_after(news, EventLog::Wake::kDurable, Clock::now() + pace,
-                           writer.stop_token());
+    job_->log().wait_after(news, EventLog::Wake::kDurable,
+                           Clock::now() + parts_.streams.pace(kPace), writer.stop_token());
   }
 }
 

@@ -7,7 +7,7 @@
 #include "api/job/job_checks.h"
 #include "api/json/json.h"
 #include "core/camera/camera_choice.h"
-#include "core/render/picture/light_not_found.h"
+#include "core/integrators/rules.h"
 #include "core/render/picture/view.h"
 #include "server/http/text.h"
 
@@ -189,11 +189,13 @@ core::SceneSummary decode_facts(std::string_view text) {
 
 std::vector<api::FieldError> stop_faults_against_scene(const core::StopRules& stop,
                                                        const core::SceneSummary& facts) {
-  // Fog and motion are refused without the scene.
-  const core::Status fits =
-      core::check_light_rule(stop, core::RenderSettings(), facts.has_scattering);
-  return fits ? std::vector<api::FieldError>()
-              : std::vector<api::FieldError>{{fits.error().where, fits.error().message}};
+  // The job's settings were checked without the scene.
+  const core::SceneTraits traits = core::traits_of(facts);
+  std::vector<api::FieldError> faults;
+  for (core::BrokenRule& rule : core::broken_stop_rules(stop, core::RenderSettings(), &traits)) {
+    faults.push_back({std::move(rule.pointer), std::move(rule.reason)});
+  }
+  return faults;
 }
 
 std::vector<api::FieldError> faults_against_scene(const api::JobSpec& spec,

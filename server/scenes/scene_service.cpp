@@ -63,13 +63,13 @@ Error unknown_environment(const std::string& asset) {
 
 }  // namespace
 
-std::string SceneService::cache_key(const std::string& id, std::optional<double> time_seconds,
-                                    const std::optional<std::string>& variant,
+std::string SceneService::cache_key(const std::string& id, const core::SceneMoment& moment,
                                     const SceneStand& stand) {
-  std::string key = id + "\n" + (time_seconds ? std::to_string(*time_seconds) : "rest") + "\n" +
-                    (variant ? "=" + *variant : "");
-  if (stand.shutter_seconds > 0) {
-    key += "\nopen " + api::number_text(stand.shutter_seconds);
+  std::string key = id + "\n" +
+                    (moment.time_seconds ? std::to_string(*moment.time_seconds) : "rest") + "\n" +
+                    (moment.variant ? "=" + *moment.variant : "");
+  if (moment.shutter_seconds > 0) {
+    key += "\nopen " + api::number_text(moment.shutter_seconds);
   }
   const core::GroundSettings& ground = stand.ground;
   if (ground.type == core::GroundType::kNone) {
@@ -215,23 +215,20 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::build(
   return core::Scene::build(std::move(*description), options_.threads, options_.isa, stop);
 }
 
-core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
-    const std::string& id, std::optional<double> time_seconds,
-    const std::optional<std::string>& variant, const LoadTerms& terms, const SceneStand& stand) {
+core::Result<std::shared_ptr<const core::Scene>> SceneService::load(const std::string& id,
+                                                                    const core::SceneMoment& moment,
+                                                                    const LoadTerms& terms,
+                                                                    const SceneStand& stand) {
   using Made = SingleFlightCache<core::Scene>::Made;
-  const std::string key = cache_key(id, time_seconds, variant, stand);
+  const std::string key = cache_key(id, moment, stand);
   return scenes_.get(
       key,
       [&]() -> core::Result<Made> {
-        const auto source = open(id, memory_of_scene(id, time_seconds, variant, stand), terms);
+        const auto source = open(id, memory_of_scene(id, moment, stand), terms);
         if (!source) {
           return source.error();
         }
-        core::GltfOptions options;
-        options.time_seconds = time_seconds;
-        options.shutter_seconds = stand.shutter_seconds;
-        options.variant = variant;
-        auto scene = build(source->document, options, terms.stop, stand);
+        auto scene = build(source->document, core::GltfOptions{moment}, terms.stop, stand);
         if (!scene) {
           return scene.error();
         }
@@ -245,11 +242,11 @@ core::Result<std::shared_ptr<const core::Scene>> SceneService::load(
 }
 
 core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
-    const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-    core::Place origin, const LoadTerms& terms) {
+    const std::string& id, const core::SceneMoment& moment, const LoadTerms& terms) {
   using Made = SingleFlightCache<core::MotionTarget>::Made;
-  const Memory needed = memory_of_later(id, time_seconds, variant);
+  const Memory needed = memory_of_later(id, moment);
   std::string key = needed.name;
+  const core::Place origin = moment.origin.value();
   for (const double at : {origin.x, origin.y, origin.z}) {
     key += " " + std::to_string(at);
   }
@@ -260,12 +257,7 @@ core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
         if (!source) {
           return source.error();
         }
-        core::GltfOptions options;
-        options.time_seconds = time_seconds;
-        options.variant = variant;
-        options.geometry_only = true;
-        options.origin = origin;
-        auto description = describe(source->document, std::move(options), terms.stop);
+        auto description = describe(source->document, core::GltfOptions{moment}, terms.stop);
         if (!description) {
           return description.error();
         }
@@ -279,7 +271,7 @@ core::Result<std::shared_ptr<const core::MotionTarget>> SceneService::later(
 
 core::Result<std::string> SceneService::description(const std::string& id, const Access& access) {
   if (core::find_builtin_scene(id) != nullptr) {
-    const auto scene = load(id, 0, std::nullopt);
+    const auto scene = load(id, core::SceneMoment());
     if (!scene) {
       return scene.error();
     }
@@ -297,7 +289,7 @@ core::Result<std::string> SceneService::description(const std::string& id, const
 
 core::Result<core::SceneSummary> SceneService::facts(const std::string& id, const Access& access) {
   if (core::find_builtin_scene(id) != nullptr) {
-    const auto scene = load(id, 0, std::nullopt);
+    const auto scene = load(id, core::SceneMoment());
     if (!scene) {
       return scene.error();
     }
@@ -312,7 +304,7 @@ core::Result<core::SceneSummary> SceneService::facts(const std::string& id, cons
   }
   core::SceneSummary facts = decode_facts((*row)->facts);
   if (lacks_extremes(facts)) {
-    const auto scene = load(id, 0, std::nullopt);
+    const auto scene = load(id, core::SceneMoment());
     if (!scene) {
       return scene.error();
     }
@@ -404,10 +396,9 @@ Status SceneService::check_environment(const std::string& asset, const Access& a
 }
 
 SceneService::Memory SceneService::memory_of_scene(const std::string& id,
-                                                   std::optional<double> time_seconds,
-                                                   const std::optional<std::string>& variant,
+                                                   const core::SceneMoment& moment,
                                                    const SceneStand& stand) {
-  std::string name = cache_key(id, time_seconds, variant, stand);
+  std::string name = cache_key(id, moment, stand);
   if (const auto glb = builtin_glb(id)) {
     const core::MutexLock lock(builtin_mutex_);
     const auto known = builtin_bytes_.find(id);
@@ -421,7 +412,7 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
   }
   // Upper bound: each moving mesh is stored at up to kShutterSteps times.
   const std::uint64_t bytes =
-      decode_facts((*row)->facts).bytes * (stand.shutter_seconds > 0 ? core::kShutterSteps : 1);
+      decode_facts((*row)->facts).bytes * (moment.shutter_seconds > 0 ? core::kShutterSteps : 1);
   const std::uint64_t load_bytes = load_bytes_of((*row)->facts);
   return {.name = std::move(name),
           .bytes = bytes,
@@ -429,9 +420,9 @@ SceneService::Memory SceneService::memory_of_scene(const std::string& id,
 }
 
 /// Upper bound: the memory of the whole scene, which holds more than vertices.
-SceneService::Memory SceneService::memory_of_later(const std::string& id, double time_seconds,
-                                                   const std::optional<std::string>& variant) {
-  Memory memory = memory_of_scene(id, time_seconds, variant);
+SceneService::Memory SceneService::memory_of_later(const std::string& id,
+                                                   const core::SceneMoment& moment) {
+  Memory memory = memory_of_scene(id, moment);
   memory.name += "\nlater";
   return memory;
 }

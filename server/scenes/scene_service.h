@@ -23,6 +23,7 @@
 #include "core/base/result.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
+#include "core/scene/scene_moment.h"
 #include "core/scene_io/convert.h"
 #include "core/scene_io/gltf_load.h"
 #include "core/scene_io/split_gltf.h"
@@ -59,11 +60,10 @@ struct SceneOrigin {
   std::vector<std::string> notes = {};  ///< Of a converter: warnings of the scene.
 };
 
-/// Objects added to a scene for a job, and its exposure time.
+/// Objects added to a scene for a job.
 struct SceneStand {
   core::GroundSettings ground;
   core::Vec3 view_direction = {0, 0, -1};  ///< As for add_ground().
-  double shutter_seconds = 0;              ///< As for load_gltf().
 };
 
 struct LoadTerms {
@@ -150,16 +150,15 @@ class SceneService {
   /// Errors: kNotFound when the scene is gone; of load_gltf() and Scene::build(); kUnavailable when
   /// memory is short.
   core::Result<std::shared_ptr<const core::Scene>> load(const std::string& id,
-                                                        std::optional<double> time_seconds,
-                                                        const std::optional<std::string>& variant,
+                                                        const core::SceneMoment& moment,
                                                         const LoadTerms& terms = {},
                                                         const SceneStand& stand = {});
 
-  /// Returns the scene at the second time of motion vectors, from the origin of that at the first.
+  /// Returns the scene at the second time of motion vectors. moment: that of api::later_moment().
   /// Errors: of load().
-  core::Result<std::shared_ptr<const core::MotionTarget>> later(
-      const std::string& id, double time_seconds, const std::optional<std::string>& variant,
-      core::Place origin, const LoadTerms& terms = {});
+  core::Result<std::shared_ptr<const core::MotionTarget>> later(const std::string& id,
+                                                                const core::SceneMoment& moment,
+                                                                const LoadTerms& terms = {});
 
   /// Never null: settings alone give a constant environment. Errors: kInvalidArgument at
   /// "/environment/asset" for an unknown asset or one that is not an image; kUnavailable as for
@@ -181,10 +180,9 @@ class SceneService {
     std::uint64_t bytes = 0;
     std::uint64_t load_bytes = 0;  ///< Besides them, while it is loaded.
   };
-  Memory memory_of_scene(const std::string& id, std::optional<double> time_seconds,
-                         const std::optional<std::string>& variant, const SceneStand& stand = {});
-  Memory memory_of_later(const std::string& id, double time_seconds,
-                         const std::optional<std::string>& variant);
+  Memory memory_of_scene(const std::string& id, const core::SceneMoment& moment,
+                         const SceneStand& stand = {});
+  Memory memory_of_later(const std::string& id, const core::SceneMoment& moment);
   Memory memory_of_environment(const std::string& asset, const core::EnvironmentSettings& settings);
 
   /// Held shared from finding a scene or asset until a record names it; held exclusively from
@@ -203,8 +201,8 @@ class SceneService {
     std::function<bool(std::string_view name)> has;
     std::function<core::Result<core::SharedBytes>(std::string_view name, MemoryGate::Lease&)> read;
   };
-  static std::string cache_key(const std::string& id, std::optional<double> time_seconds,
-                               const std::optional<std::string>& variant, const SceneStand& stand);
+  static std::string cache_key(const std::string& id, const core::SceneMoment& moment,
+                               const SceneStand& stand);
   struct EnvironmentSize {
     std::uint64_t bytes = 0;
     std::uint64_t load_bytes = 0;

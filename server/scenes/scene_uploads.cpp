@@ -166,7 +166,7 @@ core::Result<SceneService::Added> SceneService::add_document(Document document,
   if (auto kept = keep(document, row, origin.access); !kept) {
     return kept.error();
   }
-  const std::string key = cache_key(id, 0, std::nullopt, {});
+  const std::string key = cache_key(id, core::SceneMoment(), {});
   scenes_.put(key, held(key, *std::move(scene)));
   return Added{.id = id, .description = std::move(row.description), .known = false};
 }

@@ -20,7 +20,7 @@ constexpr std::chrono::milliseconds kPoll{500};
 constexpr std::size_t kOpenMax = 256;
 constexpr int kOpenOfTenantMax = 32;
 /// How long ended calls are kept in the list.
-constexpr double kKeptSeconds = 7 * 24 * 3600;
+constexpr double kKeptSeconds = 7 * kDaySeconds;
 constexpr double kForgetSeconds = 600;
 constexpr double kRestSeconds = 30;
 /// Time between checks for calls whose next attempt a changed clock has put too far ahead. Short

@@ -19,11 +19,10 @@
 
 #include "core/image_io/display_row.h"
 #include "core/image_io/oiio/oiio.h"
+#include "core/math/numbers.h"
 
 namespace core::oiio {
 namespace {
-
-constexpr float kHalfMax = 65504;
 
 Error failed(std::string message) { return {ErrorCode::kInternal, std::move(message), ""}; }
 

@@ -176,30 +176,8 @@ int census_particles(const RenderSettings& settings, int samples) {
   return (count + kCensusPart - 1) / kCensusPart * kCensusPart;
 }
 
-std::string_view census_obstacle(const RenderSettings& settings, bool has_scattering) {
-  if (settings.fog) {
-    return "with fog";
-  }
-  if (has_scattering) {
-    return "in a scene with scattering media";
-  }
-  return settings.shutter_seconds > 0 ? "with motion blur" : "";
-}
-
 bool has_census(const View& view) {
   return census_obstacle(view.settings, view.scene->summary().has_scattering).empty();
-}
-
-Status check_light_rule(const StopRules& rules, const RenderSettings& settings,
-                        bool has_scattering) {
-  const std::string_view why = census_obstacle(settings, has_scattering);
-  if (!rules.light_not_found || why.empty()) {
-    return ok_status();
-  }
-  return Error{ErrorCode::kInvalidArgument,
-               "light that was not found has no bound " + std::string(why) +
-                   "; give relative_error, samples_per_pixel or seconds",
-               "/stop/light_not_found"};
 }
 
 LightNotFound light_not_found(const LightCensus& census, int particles, const Film& film,

@@ -29,13 +29,8 @@ namespace core {
 int census_particles(const RenderSettings& settings, int samples);
 inline constexpr int kCensusPart = 4096;
 
-/// Returns why particles cannot follow all light: "with fog", in media that scatter, or of motion;
-/// empty if they can. has_scattering: SceneSummary::has_scattering.
-std::string_view census_obstacle(const RenderSettings& settings, bool has_scattering);
+/// Returns whether particles can follow all light: census_obstacle() is empty.
 bool has_census(const View& view);
-/// Refuses stop.light_not_found where there is no census.
-Status check_light_rule(const StopRules& rules, const RenderSettings& settings,
-                        bool has_scattering);
 
 /// Compares the census with the picture. particles: all that it traced.
 LightNotFound light_not_found(const LightCensus& census, int particles, const Film& film,

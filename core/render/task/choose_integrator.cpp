@@ -517,7 +517,8 @@ Result<std::string> settle_integrator(View& view, const StopRules& rules,
     return choice.error();
   }
   // Both accept no options of estimators and no adaptive sampling, so they are not set.
-  const RenderSettings defaults = default_settings(choice->name, rules.relative_error.has_value());
+  const RenderSettings defaults =
+      default_settings(choice->name, {.has_error_target = rules.relative_error.has_value()});
   settings.integrator = defaults.integrator;
   settings.estimator = defaults.estimator;
   settings.adaptive = defaults.adaptive;

@@ -2,7 +2,8 @@
 
 #include <utility>
 
-#include "core/render/picture/light_not_found.h"
+#include "core/base/invalid.h"
+#include "core/integrators/rules.h"
 #include "core/render/picture/split_pilot.h"
 #include "core/render/task/choose_integrator.h"
 #include "core/scene/scene_data.h"
@@ -44,10 +45,9 @@ Result<std::string> settle(View& view, const StopRules& rules, const std::stop_t
   if (const Status fits = check_rules(view); !fits) {
     return fits.error();
   }
-  if (const Status fits =
-          check_light_rule(rules, view.settings, view.scene->summary().has_scattering);
-      !fits) {
-    return fits.error();
+  const SceneTraits scene = traits_of(view.scene->summary());
+  if (const auto broken = broken_stop_rules(rules, view.settings, &scene); !broken.empty()) {
+    return invalid(broken.front().pointer, broken.front().reason);
   }
   auto chosen = settle_integrator(view, rules, stop);
   if (!chosen) {

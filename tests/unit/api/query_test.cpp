@@ -1,3 +1,4 @@
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include "api/answers/server_view.h"
 #include "api/json/schemas.h"
+#include "api/queries/fireflies.h"
 #include "api/queries/queries.h"
 #include "api/requests.h"
 
@@ -142,6 +144,32 @@ const std::vector<Query> kOtherImages = {{{"layer", "normal"}},
                                          {{"x", "0"}, {"y", "0"}, {"width", "8"}, {"height", "8"}},
                                          {{"max_size", "64"}},
                                          {{"parts", "1"}}};
+
+TEST(Fireflies, AreSetAsideInDisplayFormatsUnlessAskedOtherwise) {
+  using api::Fireflies;
+  const auto made = [](std::optional<Fireflies> asked, const api::FireflyImage& image) {
+    const auto found = api::sets_fireflies_aside(asked, image);
+    return found ? (*found ? "set aside" : "kept") : found.error().message;
+  };
+  const api::FireflyImage shown = {.is_linear = false, .is_denoised = false, .layer = "beauty"};
+  const api::FireflyImage linear = {.is_linear = true, .is_denoised = false, .layer = "beauty"};
+  const api::FireflyImage all = {.is_linear = true, .is_denoised = false, .layer = {}};
+  const api::FireflyImage denoised = {.is_linear = false, .is_denoised = true, .layer = "beauty"};
+  const api::FireflyImage depth = {.is_linear = false, .is_denoised = false, .layer = "depth"};
+  EXPECT_EQ(made({}, shown), "set aside");
+  EXPECT_EQ(made(Fireflies::kKeep, shown), "kept");
+  EXPECT_EQ(made({}, linear), "kept");
+  EXPECT_EQ(made(Fireflies::kSetAside, linear), "set aside");
+  EXPECT_EQ(made({}, all), "kept");
+  EXPECT_EQ(made(Fireflies::kKeep, all), "kept");
+  EXPECT_EQ(made(Fireflies::kSetAside, all),
+            "an EXR of all layers keeps its light; an image of beauty need not");
+  EXPECT_EQ(made({}, denoised), "kept") << "denoising has set them aside";
+  EXPECT_EQ(made(Fireflies::kSetAside, denoised), "kept");
+  EXPECT_EQ(made(Fireflies::kKeep, denoised), "denoised images are made without fireflies");
+  EXPECT_EQ(made({}, depth), "kept");
+  EXPECT_EQ(made(Fireflies::kKeep, depth), "applies only to beauty and light shares");
+}
 
 TEST(ImageKey, DiffersForEveryParameterThatChangesTheImage) {
   std::set<std::string> keys = {api::image_key({})};

@@ -18,6 +18,7 @@
 #include "api/job/job_spec.h"
 #include "api/json/faults.h"
 #include "api/json/json.h"
+#include "api/json/schemas.h"
 #include "core/integrators/registry.h"
 #include "core/render/picture/renderer.h"
 #include "core/settings/choices.h"
@@ -90,21 +91,19 @@ std::vector<Choice> all_choices() {
         s.light_block = 8;
         s.light_history = 2;
       });
-  for (Choice& choice : out) {  // as the parser does unless splitting is given
-    if (choice.patch.dump().find("restir") != std::string::npos) {
-      choice.set = [set = choice.set](RenderSettings& s, CameraSettings& camera) {
-        set(s, camera);
-        s.estimator.splitting = core::SplittingType::kNone;
-      };
+  for (const auto& row : core::caustics_types()) {
+    if (row.value != core::CausticsType::kOff) {
+      add(out, "/integrator/caustics", std::string(row.name),
+          [set = row.value](RenderSettings& s) { s.caustics = set; });
     }
   }
-  for (const auto& row : core::caustics_types()) {
-    if (row.value != core::CausticsType::kOff) {  // as the parser does
-      add(out, "/integrator/caustics", std::string(row.name), [set = row.value](RenderSettings& s) {
-        s.caustics = set;
-        s.estimator.splitting = core::SplittingType::kNone;
-      });
-    }
+  for (Choice& choice : out) {  // defaults depend on these
+    choice.set = [set = choice.set](RenderSettings& s, CameraSettings& camera) {
+      set(s, camera);
+      s.estimator = core::default_settings(
+                        s.integrator, {.caustics = s.caustics, .light_sampler = s.light_sampler})
+                        .estimator;
+    };
   }
   const auto estimator = [](auto member) {
     return [member](RenderSettings & s, CameraSettings&) -> auto& { return s.estimator.*member; };
@@ -175,6 +174,55 @@ std::vector<Choice> all_choices() {
   add(out, "/integrator/rays", 32, [](RenderSettings& s) { s.cache.rays = 32; });
   add(out, "/integrator/records", 100, [](RenderSettings& s) { s.cache.records = 100; });
   return out;
+}
+
+/// Members with named values on which no rule depends.
+const std::set<std::string> kFree = {
+    "/adaptive/granularity",
+    "/camera/distortion/model",
+    "/camera/orbit/radius",
+    "/camera/orbit/target",
+    "/camera/pose/convention",
+    "/class",
+    "/denoise/type",
+    "/environment/preset",
+    "/film/filter/type",
+    "/ground/shadow/color",
+    "/medium/type",
+    "/stop/scope",
+    "/units",
+};
+
+/// Returns the members of the request that have named values, with those that are no default.
+std::vector<std::pair<std::string, Json>> named_values(const Json& schema,
+                                                       const std::string& pointer = "") {
+  std::vector<std::pair<std::string, Json>> out;
+  for (const Json& name : schema.value("enum", Json::array())) {
+    if (name != schema.value("default", Json())) {
+      out.emplace_back(pointer, name);
+    }
+  }
+  const Json members = schema.value("properties", Json::object());
+  for (const auto& member : members.items()) {
+    const auto more = named_values(member.value(), pointer + "/" + member.key());
+    out.insert(out.end(), more.begin(), more.end());
+  }
+  return out;
+}
+
+TEST(Rules, EveryNamedValueOfTheRequestIsAChoice) {
+  const std::vector<Choice> choices = all_choices();
+  std::set<std::string> seen;
+  for (const auto& [pointer, name] : named_values(api::job_request_schema())) {
+    seen.insert(pointer);
+    const Json::json_pointer at(pointer);
+    const bool is_tried =
+        std::any_of(choices.begin(), choices.end(), [&, &wanted = name](const Choice& choice) {
+          return choice.patch.contains(at) && choice.patch.at(at) == wanted;
+        });
+    EXPECT_NE(is_tried, kFree.count(pointer) != 0) << pointer << " " << name;
+  }
+  EXPECT_GT(seen.size(), kFree.size()) << "members with rules";
 }
 
 /// Returns whether one option is the other or a member of it: no request has two values of it.

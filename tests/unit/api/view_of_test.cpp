@@ -104,6 +104,29 @@ TEST(ViewOf, AsksForTheSecondTimeOfMotion) {
   EXPECT_NE(view->later, nullptr);
 }
 
+TEST(ViewOf, ReadsTheFileAtTheTimesThatAreSeen) {
+  api::JobSpec job = spec();
+  job.time_seconds = 2;
+  job.variant = "red";
+  job.render.shutter_seconds = 0.5;
+  const core::SceneMoment whole = api::scene_moment(job);
+  EXPECT_EQ(whole.time_seconds, 2);
+  EXPECT_EQ(whole.shutter_seconds, 0.5);
+  EXPECT_EQ(whole.variant, "red");
+  EXPECT_FALSE(whole.geometry_only);
+  const core::SceneMoment model = api::model_moment(job);
+  EXPECT_EQ(model.time_seconds, 2);
+  EXPECT_EQ(model.shutter_seconds, 0);
+  EXPECT_EQ(model.variant, "red");
+  const core::SceneMoment later = api::later_moment(job, 3, {1, 2, 3});
+  EXPECT_EQ(later.time_seconds, 3);
+  EXPECT_EQ(later.shutter_seconds, 0);
+  EXPECT_EQ(later.variant, "red");
+  EXPECT_TRUE(later.geometry_only);
+  ASSERT_TRUE(later.origin);
+  EXPECT_EQ(later.origin->y, 2);
+}
+
 TEST(ViewOf, ResolvesTheEnvironment) {
   api::JobSpec job = spec();
   job.environment_choice = api::EnvironmentChoice::kGiven;

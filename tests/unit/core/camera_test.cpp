@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "core/camera/camera_choice.h"
 #include "core/camera/framing.h"
 #include "core/camera/orbit.h"
 #include "core/math/extreme_points.h"
@@ -405,6 +408,38 @@ TEST(Camera, FramesASceneWithoutACamera) {
     EXPECT_NEAR(length(ray.origin - way * distance), 0, 1e-5);
     expect_direction(ray.direction, -way);
   }
+}
+
+TEST(ViewFaults, AreAllReported) {
+  const auto wheres = [](const CameraSettings& s) {
+    std::vector<std::string> out;
+    for (const core::Error& fault : core::view_faults(s)) {
+      out.push_back(fault.where);
+    }
+    return out;
+  };
+  CameraSettings s;
+  EXPECT_EQ(wheres(s), std::vector<std::string>());
+  s.name = "front";
+  s.index = 0;
+  s.up = Vec3{0, 0, 0};
+  s.target = Vec3{0, 0, 0};
+  EXPECT_EQ(wheres(s),
+            (std::vector<std::string>{"/camera/index", "/camera/up", "/camera/position"}));
+  s = {};
+  s.position = Vec3{0, 0, 1};
+  s.target = Vec3{0, 0, 0};
+  EXPECT_EQ(wheres(s), std::vector<std::string>());
+  s.up = Vec3{0, 1e-17F, 0};
+  EXPECT_EQ(wheres(s), std::vector<std::string>{"/camera/up"});
+}
+
+// The limit of parallel directions is a sine of 1e-6.
+TEST(ViewFaults, HoldForDirectionsThatFloatsTellApart) {
+  EXPECT_TRUE(core::span_view({0, 0, -3}, {0, 2e-6, 1}));
+  EXPECT_FALSE(core::span_view({0, 0, -3}, {0, 5e-7, 1}));
+  EXPECT_FALSE(core::span_view({0, 0, 0}, {0, 1, 0}));
+  EXPECT_FALSE(core::span_view({0, 0, -1}, {0, 0, 0}));
 }
 
 TEST(Camera, ReportsInvalidSettings) {

@@ -5,6 +5,7 @@
 
 #include "core/base/statistics.h"
 #include "core/integrators/registry.h"
+#include "core/integrators/rules.h"
 #include "core/render/picture/light_not_found.h"
 #include "core/render/task/render_task.h"
 #include "core/render/task/settle.h"
@@ -110,8 +111,10 @@ TEST(LightNotFound, IsNoRuleWithoutParticles) {
   const auto refused = core::settled_renderer(view, rules);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().where, "/stop/light_not_found");
-  EXPECT_TRUE(core::check_light_rule(rules, core::RenderSettings(), false));
-  EXPECT_FALSE(core::check_light_rule(rules, core::RenderSettings(), true)) << "media";
+  core::SceneTraits scene;
+  EXPECT_TRUE(core::broken_stop_rules(rules, core::RenderSettings(), &scene).empty());
+  scene.has_scattering = true;
+  EXPECT_FALSE(core::broken_stop_rules(rules, core::RenderSettings(), &scene).empty()) << "media";
 }
 
 TEST(LightNotFound, DoesNotChangeTheFilm) {

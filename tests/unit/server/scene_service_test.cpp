@@ -48,7 +48,7 @@ TEST_F(Scenes, NamesAGlbByItsHashAndRecognisesItTheSecondTime) {
   ASSERT_TRUE(second);
   EXPECT_TRUE(second->known);
   EXPECT_EQ(second->description, first->description);
-  EXPECT_TRUE(scenes->load(first->id, 0, std::nullopt));
+  EXPECT_TRUE(scenes->load(first->id, core::SceneMoment()));
 }
 
 TEST_F(Scenes, FactsOfAnOlderVersionAreReadAnew) {
@@ -72,7 +72,7 @@ TEST_F(Scenes, ReloadsAStoredSceneFromItsFiles) {
                                          {"model/data/mesh.bin", triangle_buffer()}})));
   ASSERT_TRUE(added) << added.error().message;
   load_scenes(0);
-  const auto scene = scenes->load(added->id, 0, std::nullopt);
+  const auto scene = scenes->load(added->id, core::SceneMoment());
   ASSERT_TRUE(scene) << scene.error().message;
   EXPECT_EQ((*scene)->summary().triangles, 1U);
 }
@@ -186,7 +186,7 @@ TEST_F(Scenes, RemovingASceneRemovesItsUploadedFiles) {
   ASSERT_TRUE(scenes->remove(added->id, Access::of(""), kUnused));
   EXPECT_FALSE(blobs->find(document_id));
   EXPECT_TRUE(blobs->find(uploaded->id));
-  EXPECT_EQ(scenes->load(added->id, 0, std::nullopt).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(scenes->load(added->id, core::SceneMoment()).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(scenes->remove(added->id, Access::of(""), kUnused).error().code, ErrorCode::kNotFound);
 }
 

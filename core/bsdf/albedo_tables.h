@@ -31,12 +31,24 @@ struct GlassTable {
 struct AlbedoTables {
   SpecularAlbedo single[kAlbedoNodes][kAlbedoNodes];  ///< [roughness][mu]
   SpecularAlbedo average[kAlbedoNodes];               ///< 2 * integral of single * mu
+  /// [roughness of a clearcoat][roughness]: covariances over the hemisphere, weighted by the
+  /// cosine, of coat_albedo() of the one with `single` of the other.
+  SpecularAlbedo under_coat[kAlbedoNodes][kAlbedoNodes];
   GlassTable glass;       ///< reflection plus refraction of a rough dielectric
   GlassTable open_glass;  ///< the same where facets reflect nothing but by total reflection
   float sheen[kSheenNodes][kSheenNodes];  ///< [roughness][mu], mu linear
 };
 
 extern const AlbedoTables kAlbedoTables;
+
+/// F0 of a clearcoat (KHR_materials_clearcoat).
+inline constexpr float kCoatF0 = 0.04F;
+
+/// Returns the albedo of a clearcoat where that with F = 1 is a.
+template <typename F>
+F coat_albedo(AlbedoOf<F> a) noexcept {
+  return kCoatF0 * (a.e - a.e5) + a.e5;
+}
 
 namespace albedo_detail {
 

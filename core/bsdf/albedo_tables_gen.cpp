@@ -44,20 +44,29 @@ void for_normals(const Ggx& ggx, Vec3 wo, Visit&& visit) {
   }
 }
 
-/// 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; the interpolant is
-/// linear in t, so a fine midpoint rule is exact to rounding.
-template <std::size_t N>
-float average_of(const float (&e)[N]) {
+/// 2 * integral over mu of e(mu) mu, mu = t^2: 4 * integral over t of e t^3; interpolants are
+/// linear in t, so a fine midpoint rule is exact to rounding. value_at(n, f): e at share f between
+/// nodes n and n + 1 of kNodes.
+template <std::size_t kNodes, typename ValueAt>
+float mean_over_mu(ValueAt&& value_at) {
   constexpr int kFine = 4096;
   double sum = 0;
   for (int k = 0; k < kFine; ++k) {
     const double x = (k + 0.5) / kFine;
-    const double at = x * static_cast<double>(N - 1);
+    const double at = x * static_cast<double>(kNodes - 1);
     const auto n = static_cast<std::size_t>(at);
-    const double f = at - static_cast<double>(n);
-    sum += x * x * x * (static_cast<double>(e[n]) * (1 - f) + static_cast<double>(e[n + 1]) * f);
+    sum += x * x * x * value_at(n, at - static_cast<double>(n));
   }
   return static_cast<float>(4 * sum / kFine);
+}
+
+double between(float low, float high, double f) {
+  return static_cast<double>(low) * (1 - f) + static_cast<double>(high) * f;
+}
+
+template <std::size_t N>
+float average_of(const float (&e)[N]) {
+  return mean_over_mu<N>([&](std::size_t n, double f) { return between(e[n], e[n + 1], f); });
 }
 
 core::SpecularAlbedo reflected(const Ggx& ggx, Vec3 wo) {
@@ -107,6 +116,27 @@ void fill_reflection(core::AlbedoTables& t) {
       e5[i] = t.single[j][i].e5;
     }
     t.average[j] = {average_of(e), average_of(e5)};
+  }
+}
+
+/// Pre: fill_reflection() ran.
+void fill_under_coat(core::AlbedoTables& t) {
+  for (int j = 0; j < core::kAlbedoNodes; ++j) {
+    float coat[core::kAlbedoNodes];
+    for (int i = 0; i < core::kAlbedoNodes; ++i) {
+      coat[i] = core::coat_albedo(t.single[j][i]);
+    }
+    for (int k = 0; k < core::kAlbedoNodes; ++k) {
+      const auto covariance = [&](float core::SpecularAlbedo::*part) {
+        const auto mean = static_cast<double>(t.average[k].*part);
+        return mean_over_mu<core::kAlbedoNodes>([&](std::size_t n, double f) {
+          const double e = between(t.single[k][n].*part, t.single[k][n + 1].*part, f);
+          return between(coat[n], coat[n + 1], f) * (e - mean);
+        });
+      };
+      t.under_coat[j][k] = {covariance(&core::SpecularAlbedo::e),
+                            covariance(&core::SpecularAlbedo::e5)};
+    }
   }
 }
 
@@ -287,7 +317,8 @@ Tables filled(Fill... fill) {
 
 namespace core {
 // In this order: the second is filled with values of the first.
-const AlbedoTables kAlbedoTables = filled<AlbedoTables>(fill_reflection, fill_glass, fill_sheen);
+const AlbedoTables kAlbedoTables =
+    filled<AlbedoTables>(fill_reflection, fill_under_coat, fill_glass, fill_sheen);
 const AnisotropicAlbedoTables kAnisotropicAlbedoTables =
     filled<AnisotropicAlbedoTables>(fill_anisotropic, fill_anisotropic_glass);
 }  // namespace core
@@ -302,6 +333,7 @@ int main(int argc, char** argv) {
   out << "extern const AlbedoTables kAlbedoTables;\nconst AlbedoTables kAlbedoTables = {\n";
   write(out, core::kAlbedoTables.single);
   write(out, core::kAlbedoTables.average);
+  write(out, core::kAlbedoTables.under_coat);
   for (const core::GlassTable* table :
        {&core::kAlbedoTables.glass, &core::kAlbedoTables.open_glass}) {
     out << "{";

@@ -110,6 +110,9 @@ void Bsdf::add_top(const BsdfLayers& layers) noexcept {
   for (float& prob : prob_) {
     prob *= top.open;
   }
+  if (top.has_coat) {
+    interface_.norm *= top.coat.diffuse_scale(interface_, facets_.roughness);
+  }
   albedo_ = albedo_ * top.open + Rgb(top.coat_albedo) + top.sheen.albedo();
   prob_[kRoughCoat] = top.rough(top.coat_albedo);
   prob_[kSmoothCoat] = top.coat_albedo - prob_[kRoughCoat];

@@ -1,15 +1,27 @@
 /// ClearcoatLobe: a GGX lobe with F0 0.04 and its own normal (KHR_materials_clearcoat).
 ///
 /// Attenuates diffuse lobes below it by (1 - E(wo)) (1 - E(wi)) / (1 - E_avg), and specular ones by
-/// the smaller of 1 - E(wo) and 1 - E(wi); both are reciprocal.
+/// the smaller of 1 - E(wo) and 1 - E(wi); both are reciprocal. Where an Interface attenuates a
+/// diffuse lobe too, with I in place of E, the lobe is scaled by diffuse_scale(): E and I both rise
+/// to grazing angles, so that (1 - E) (1 - I) has a larger mean than the product of their means.
 #pragma once
 
 #include "core/bsdf/albedo_tables.h"
+#include "core/bsdf/anisotropic_albedo.h"
 #include "core/bsdf/facets.h"
 #include "core/bsdf/fresnel.h"
+#include "core/bsdf/interface.h"
 #include "core/math/frame.h"
 
 namespace core {
+
+/// Returns AlbedoTables::under_coat between its nodes.
+template <typename F>
+AlbedoOf<F> covariance_under_coat(F coat_roughness, F roughness) noexcept {
+  constexpr int kNodes[] = {kAlbedoNodes, kAlbedoNodes};
+  const albedo_detail::Between<F> at[] = {{coat_roughness, kNodes[0]}, {roughness, kNodes[1]}};
+  return albedo_detail::value_at(&kAlbedoTables.under_coat[0][0], at, kNodes, 0);
+}
 
 template <typename F>
 struct ClearcoatLobeOf {
@@ -33,9 +45,22 @@ struct ClearcoatLobeOf {
     e_average = weighted(specular_albedo_average(roughness));
   }
 
-  F weighted(AlbedoOf<F> a) const noexcept { return weight * (0.04F * (a.e - a.e5) + a.e5); }
+  F weighted(AlbedoOf<F> a) const noexcept { return weight * coat_albedo(a); }
   /// Returns the reflectance of a facet.
-  F fresnel(F cos_oh) const noexcept { return weight * fresnel_schlick(F(0.04F), F(1), cos_oh); }
+  F fresnel(F cos_oh) const noexcept { return weight * fresnel_schlick(F(kCoatF0), F(1), cos_oh); }
+
+  /// Returns (1 - E_avg) (1 - I_avg) / mean[(1 - E) (1 - I)], exactly 1 without a coat or an
+  /// interface. below, roughness: the interface, as without a film, and its perceptual roughness;
+  /// the coat's normal is taken as the surface's.
+  F diffuse_scale(const InterfaceOf<F>& below, F roughness) const noexcept {
+    // I = multiple + (f0 - multiple) e + (f90 - f0) e5, and the mean of a product is the product of
+    // the means plus the covariance.
+    const AlbedoOf<F> c = covariance_under_coat(facets.roughness, roughness);
+    const F covariance =
+        weight * ((below.f0 - below.multiple) * c.e + (below.f90 - below.f0) * c.e5);
+    const F open = (1 - e_average) * (1 - below.albedo(specular_albedo_average(roughness)));
+    return 1 / (1 + covariance / max(open, F(1e-4F)));
+  }
 
   struct Passed {
     F diffuse;

@@ -33,7 +33,7 @@ struct InterfaceOf {
   F f90;
   F multiple;  ///< fraction of multiple scattering that is reflected
   F open_wo;   ///< 1 - E(wo)
-  F norm;      ///< 1 / (1 - E_avg)
+  F norm;      ///< 1 / (1 - E_avg), under a coat times ClearcoatLobeOf::diffuse_scale()
 
   InterfaceOf() = default;
   /// average: albedo of the lobe with F = 1.

@@ -525,6 +525,9 @@ class BsdfLanes {
   /// As Bsdf::add_top(). Changes nothing where there are no layers.
   [[gnu::noinline]] void add_top(const LayerLanes<N>& layers) {
     top_.emplace(layers, facets_.wo);
+    if (top_->has_coat) {
+      interface_.norm = interface_.norm * top_->coat.diffuse_scale(interface_, facets_.roughness);
+    }
     prob_diffuse_ = prob_diffuse_ * top_->open;
     prob_specular_ = prob_specular_ * top_->open;
     prob_coat_ = top_->coat_albedo;

@@ -1,5 +1,5 @@
-// BSDF samples against their densities. About 400 p-values, each rejected below sidak(0.01, 400) =
-// 2.5e-5; seeds are fixed.
+// BSDF samples against their densities. About 500 p-values, each rejected below sidak(0.01, 500) =
+// 2.0e-5; seeds are fixed.
 #include <gtest/gtest.h>
 
 #include "core/bsdf/bsdf.h"
@@ -13,7 +13,7 @@ using core::Vec3;
 using test_support::BsdfCase;
 using test_support::Random;
 
-const double kLevel = test_support::sidak(0.01, 400);
+const double kLevel = test_support::sidak(0.01, 500);
 
 double p_value(const Bsdf& bsdf, int samples, float spoil = 1) {
   return test_support::chi2_sphere(

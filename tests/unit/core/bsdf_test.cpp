@@ -8,6 +8,7 @@
 
 #include "core/bsdf/albedo_tables.h"
 #include "core/bsdf/anisotropic_albedo.h"
+#include "core/bsdf/clearcoat_lobe.h"
 #include "core/bsdf/fresnel.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/statistics.h"
@@ -132,6 +133,14 @@ TEST(AlbedoTables, AgreeWithTheIntegral) {
           << roughness << " " << mu;
     }
   }
+}
+
+// Of two smooth curves E = 0.04 + 0.96 w and e5 = w = (1 - mu)^5: w has mean 1/21 and its square
+// 1/66, so that the covariance is 0.96 (1/66 - 1/21^2). That with e = 1 is 0.
+TEST(AlbedoTables, CovarianceUnderASmoothCoatIsExact) {
+  const core::SpecularAlbedo smooth = core::covariance_under_coat(0.0F, 0.0F);
+  EXPECT_NEAR(smooth.e, 0, 1e-6);
+  EXPECT_NEAR(smooth.e5, 0.96 * (1.0 / 66 - 1.0 / 441), 1e-5);
 }
 
 // The mean over all directions equals the reflectance of uniform light by one wide lobe: a check

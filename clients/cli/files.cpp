@@ -139,6 +139,16 @@ core::Status write_file(const std::string& path, std::string_view bytes) {
   return core::ok_status();
 }
 
+core::Status check_writable(const std::string& path) {
+  const std::string file = path == "-" ? std::string() : replaceable(path);
+  const fs::path folder = fs::path(file).parent_path();
+  errno = 0;
+  if (file.empty() || ::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) == 0) {
+    return core::ok_status();
+  }
+  return Error{ErrorCode::kNoSpace, "cannot be written: " + reason(), path};
+}
+
 bool is_file(const std::string& path) {
   std::error_code problem;
   return fs::exists(path, problem) && !fs::is_directory(path, problem);

@@ -14,6 +14,8 @@ core::Result<std::string> read_file(const std::string& path);
 /// Writes next to the file and renames, so that no half-written file is visible. Symbolic links are
 /// kept: the file behind them is written. Devices and pipes are written in place. "-" is stdout.
 core::Status write_file(const std::string& path, std::string_view bytes);
+/// Returns the error of write_file() if the folder of `path` does not take files.
+core::Status check_writable(const std::string& path);
 bool is_file(const std::string& path);
 /// Returns the model at a path: the file itself, or the only .glb or .gltf in a folder (not in its
 /// subfolders). Returns empty if the path may be the name of a scene: no such file, or a folder

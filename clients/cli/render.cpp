@@ -454,6 +454,9 @@ int run(const JobFlags& flags) {
   if (!job) {
     return complain("render", job.error());
   }
+  if (const auto writable = check_writable(flags.output); !writable) {
+    return complain("render", writable.error());
+  }
   for (const std::string& warning : job->warnings) {
     std::fprintf(stderr, "warning: %s\n", shown(warning).c_str());
   }

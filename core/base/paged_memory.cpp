@@ -2,10 +2,12 @@
 
 #include <cstdlib>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "core/base/descriptor.h"
@@ -17,6 +19,7 @@ namespace {
 struct Folder {
   Mutex mutex;
   std::string path GUARDED_BY(mutex);
+  std::optional<bool> works GUARDED_BY(mutex);  ///< a file can be made in it; empty: not tried
 
   std::string get() {
     const MutexLock lock(mutex);
@@ -35,6 +38,10 @@ Folder& folder() {
 
 /// Returns a file without a name that has room for the bytes on its disk, if there can be one.
 UniqueFd make_file(std::size_t bytes) {
+  rlimit most = {};
+  if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur < bytes) {
+    return UniqueFd();  // a signal would end the process
+  }
   std::string path = folder().get();
   UniqueFd file(::open(path.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
   if (!file) {
@@ -53,10 +60,29 @@ UniqueFd make_file(std::size_t bytes) {
 
 }  // namespace
 
+std::size_t resident_bytes(std::size_t bytes) noexcept {
+  if (bytes < kPagedBytes) {
+    return bytes;
+  }
+  Folder& of = folder();
+  std::optional<bool> works;
+  {
+    const MutexLock lock(of.mutex);
+    works = of.works;
+  }
+  if (!works) {
+    works = static_cast<bool>(make_file(kPagedBytes));
+    const MutexLock lock(of.mutex);
+    of.works = works;
+  }
+  return *works ? 0 : bytes;
+}
+
 void set_paging_folder(std::string path) {
   Folder& of = folder();
   const MutexLock lock(of.mutex);
   of.path = std::move(path);
+  of.works.reset();
 }
 
 namespace paged_memory {

@@ -14,6 +14,9 @@ namespace core {
 /// ones take as much memory as 4K sets of ten materials may have (400 MB of 1.6 GB).
 inline constexpr std::size_t kPagedBytes = std::size_t{8} << 20;
 
+/// Returns the bytes that an array of so many takes for good: none in a file.
+std::size_t resident_bytes(std::size_t bytes) noexcept;
+
 /// Sets the folder of the files, on a disk with room for what is decoded. Without it they are in
 /// $TMPDIR or /var/tmp. Where none can be made, the arrays are plain memory.
 void set_paging_folder(std::string folder);
@@ -57,17 +60,15 @@ struct PagedAllocator {
 template <typename T>
 using PagedVector = std::vector<T, PagedAllocator<T>>;
 
-/// Returns the bytes that always take memory: none of an array in a file.
 template <typename T>
 std::size_t resident_bytes(const PagedVector<T>& values) noexcept {
-  const std::size_t bytes = values.capacity() * sizeof(T);
-  return bytes >= kPagedBytes ? 0 : bytes;
+  return resident_bytes(values.capacity() * sizeof(T));
 }
 
 /// Takes the pages of an array in a file out of the process, until they are read.
 template <typename T>
 void set_aside(const PagedVector<T>& values) noexcept {
-  if (resident_bytes(values) == 0 && values.capacity() > 0) {
+  if (values.capacity() * sizeof(T) >= kPagedBytes) {
     paged_memory::set_aside(values.data(), values.capacity() * sizeof(T));
   }
 }

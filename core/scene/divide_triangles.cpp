@@ -21,9 +21,11 @@ namespace {
 /// triangles; with .001, by .3%.
 constexpr float kSteps = 1024;
 /// The time and memory for scenes with many small things on large ones is bounded: the smallest
-/// meshes, and triangles of a mesh that are large enough. Each adds some 60 triangles.
+/// meshes, triangles of a mesh that are large enough, and all of them. Each small mesh adds some 60
+/// triangles; where coordinates are so large that halves are no smaller, they would double.
 constexpr std::size_t kSmallMost = 1024;
 constexpr std::size_t kLargeMost = 4096;
+constexpr std::size_t kDividedMost = kLargeMost + 100 * kSmallMost;
 /// Halvings of a triangle: a ground of the Earth's size around a grain of sand.
 constexpr int kRoundsMost = 80;
 
@@ -61,14 +63,29 @@ bool is_near(const Corners<Vec3>& p, const Small& small) {
   return overlap(box, small.box) && std::fabs(dot(n, small.box.center() - p[0])) <= reach;
 }
 
-/// Returns the largest edges of a mesh; 0 if it must not be divided.
-float divisible_edges_m(const MeshData& mesh) {
+/// Returns the largest edges of a mesh; 0 if they are infinite.
+float largest_edges_m(const MeshData& mesh) {
   float most = 0;
-  for (std::size_t t = 0; t < mesh.triangle_count() && mesh.later.empty(); ++t) {
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
     const auto at = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * t + k]]; };
     most = std::max(most, edges_m({at(0), at(1), at(2)}));
   }
-  return most;
+  return std::isfinite(most) ? most : 0;
+}
+
+/// Returns the box around the image of a box.
+Bounds image_of(const Bounds& box, const Transform& map) {
+  Bounds out;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    out.add(map.point({(corner & 1U) != 0 ? box.max.x : box.min.x,
+                       (corner & 2U) != 0 ? box.max.y : box.min.y,
+                       (corner & 4U) != 0 ? box.max.z : box.min.z}));
+  }
+  return out;
+}
+
+float largest_scale(const Transform& m) {
+  return std::max({length(m.x), length(m.y), length(m.z)});
 }
 
 /// Returns the meshes near which triangles of these edges are too large, the smallest first.
@@ -85,13 +102,9 @@ std::vector<Small> find_small(const SceneData& scene, float most_m) {
   }
   std::vector<Small> out;
   for_each_placed(scene, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t) {
-    const Bounds& of = own[scene.placed[placed].mesh];
-    Bounds box;
-    for (unsigned corner = 0; corner < 8 && !of.empty(); ++corner) {
-      const Vec3 at = {(corner & 1U) != 0 ? of.max.x : of.min.x,
-                       (corner & 2U) != 0 ? of.max.y : of.min.y,
-                       (corner & 4U) != 0 ? of.max.z : of.min.z};
-      box.add(instance == kNoInstance ? at : scene.instances[instance].to_world.point(at));
+    Bounds box = own[scene.placed[placed].mesh];
+    if (instance != kNoInstance && !box.empty()) {
+      box = image_of(box, scene.instances[instance].to_world);
     }
     const float radius_m = box.radius_or(0);
     const float edges = radius_m / (kSteps * kPlaneError);
@@ -121,17 +134,12 @@ class Division {
     if (before > kLargeMost) {
       return 0;
     }
-    mesh_.positions.pop_back();  // the padding
-    if (!mesh_.normals.empty()) {
-      mesh_.normals.pop_back();
-    }
-    for (int round = 0; round < kRoundsMost && mark(); ++round) {
+    for_each_padded([](std::vector<Vec3>& values) { values.pop_back(); });
+    for (int round = 0; round < kRoundsMost && triangles_.size() < kDividedMost && mark();
+         ++round) {
       bisect_marked();
     }
-    mesh_.positions.push_back(Vec3{});
-    if (!mesh_.normals.empty()) {
-      mesh_.normals.push_back(Vec3{});
-    }
+    for_each_padded([](std::vector<Vec3>& values) { values.push_back(Vec3{}); });
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
       const auto& v = triangles_[i].v;
       if (i < before) {
@@ -148,11 +156,26 @@ class Division {
     std::array<std::uint32_t, 3> v;
     bool is_open = true;  ///< may be too large
   };
+  /// Returns the corners of a triangle; time: of MeshData::later, -1 at time 0.
+  Corners<Vec3> corners_at(const Face& face, std::ptrdiff_t time) const {
+    const std::vector<Vec3>& at =
+        time < 0 ? mesh_.positions : mesh_.later[static_cast<std::size_t>(time)].positions;
+    return {at[face.v[0]], at[face.v[1]], at[face.v[2]]};
+  }
+  Corners<Vec3> corners(const Face& face) const { return corners_at(face, -1); }
+
   /// An edge by its ends: vertices in one place may differ in normals or texture coordinates.
   using Edge = std::array<float, 6>;
 
-  Corners<Vec3> corners(const Face& face) const {
-    return {mesh_.positions[face.v[0]], mesh_.positions[face.v[1]], mesh_.positions[face.v[2]]};
+  template <typename Visit>
+  void for_each_padded(const Visit& visit) {
+    visit(mesh_.positions);
+    if (!mesh_.normals.empty()) {
+      visit(mesh_.normals);
+    }
+    for (MovedVertices& moved : mesh_.later) {
+      visit(moved.positions);
+    }
   }
 
   /// Takes the triangles that may have to be divided, or lie beside such: an edge of these has at
@@ -195,10 +218,13 @@ class Division {
   }
 
   bool is_too_large(const Face& face) const {
-    const Corners<Vec3> p = corners(face);
-    const float edges = edges_m(p);
+    const float edges = edges_m(corners(face));
     return std::any_of(small_.begin(), small_.end(), [&](const Small& small) {
-      return edges > small.edges_m && is_near(p, small);
+      bool near = false;
+      for (std::ptrdiff_t time = -1; time < std::ssize(mesh_.later) && !near; ++time) {
+        near = edges > small.edges_m && is_near(corners_at(face, time), small);
+      }
+      return near;
     });
   }
 
@@ -272,6 +298,10 @@ class Division {
     add(mesh_.uv[0]);
     add(mesh_.uv[1]);
     add(mesh_.colors);
+    for (MovedVertices& moved : mesh_.later) {
+      add(moved.positions);
+      add(moved.normals);
+    }
     if (!mesh_.tangents.empty()) {
       const float handedness = mesh_.tangents[a].w;
       add(mesh_.tangents);
@@ -314,18 +344,45 @@ class Division {
 
 }  // namespace
 
-std::size_t divide_triangles(SceneData& scene, std::size_t count) {
-  std::vector<float> edges;
-  float most_m = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    edges.push_back(divisible_edges_m(scene.meshes[scene.placed[i].mesh]));
-    most_m = std::max(most_m, edges.back());
+std::size_t divide_triangles(SceneData& scene) {
+  std::vector<float> edges;  // of each mesh, in its space
+  for (const MeshData& mesh : scene.meshes) {
+    edges.push_back(largest_edges_m(mesh));
   }
+  const auto scale_of = [&](std::uint32_t instance) {
+    return instance == kNoInstance ? 1.0F : largest_scale(scene.instances[instance].to_world);
+  };
+  float most_m = 0;
+  for_each_placed(scene, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t) {
+    most_m = std::max(most_m, edges[scene.placed[placed].mesh] * scale_of(instance));
+  });
   const std::vector<Small> small = find_small(scene, most_m);
+  if (small.empty()) {
+    return 0;
+  }
+  std::vector<std::vector<Small>> near(scene.meshes.size());  // in the space of the mesh
+  std::vector<std::size_t> uses(scene.meshes.size());
+  for_each_placed(scene, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t) {
+    const std::uint32_t mesh = scene.placed[placed].mesh;
+    ++uses[mesh];
+    if (instance == kNoInstance && edges[mesh] > small.front().edges_m) {
+      near[mesh] = small;
+    } else if (instance != kNoInstance &&
+               edges[mesh] * scale_of(instance) > small.front().edges_m) {
+      const Transform& to_world = scene.instances[instance].to_world;
+      const Transform to_mesh = inverse(to_world);
+      for (const Small& each : small) {
+        near[mesh].push_back({image_of(each.box, to_mesh), each.edges_m / largest_scale(to_world)});
+      }
+    }
+  });
   std::size_t added = 0;
-  for (std::size_t i = 0; i < count && !small.empty(); ++i) {
-    if (edges[i] > small.front().edges_m) {
-      added += Division(scene.meshes[scene.placed[i].mesh], small).run();
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    std::sort(near[m].begin(), near[m].end(),
+              [](const Small& a, const Small& b) { return a.edges_m < b.edges_m; });
+    near[m].resize(std::min(near[m].size(), kSmallMost));
+    if (!near[m].empty()) {
+      added += uses[m] * Division(scene.meshes[m], near[m]).run();
     }
   }
   return added;

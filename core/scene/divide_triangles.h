@@ -9,10 +9,9 @@
 
 namespace core {
 
-/// Bisects triangles of the first `count` placed meshes near smaller meshes, until their step is
-/// small for these. Neighbours in a mesh stay neighbours; moving meshes stay as they are. Returns
-/// the number of triangles added. Pre: these meshes are in world space and placed once;
-/// scene.placed and instances are complete.
-std::size_t divide_triangles(SceneData& scene, std::size_t count);
+/// Bisects triangles near smaller meshes, until their step is small for these. Neighbours in a mesh
+/// stay neighbours. Returns the number of triangles added, in all instances. Pre: scene.placed and
+/// instances are complete.
+std::size_t divide_triangles(SceneData& scene);
 
 }  // namespace core

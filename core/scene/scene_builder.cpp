@@ -50,7 +50,7 @@ class Builder {
       bounds_.add(point);
     }
     place_meshes();
-    const std::size_t added = divide_triangles(to_, top_level_);
+    const std::size_t added = divide_triangles(to_);
     if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }

@@ -123,7 +123,7 @@ Result<int> GltfImages::noted(int image) {
   const auto header = read_image_header(*file);
   if (header) {
     const std::size_t bytes = header->value_count() * bytes_per_value(header->type);
-    if (auto status = source_.budget().take(bytes, where); !status) {
+    if (auto status = source_.budget().take_image(bytes, where); !status) {
       return status.error();
     }
   } else {
@@ -131,7 +131,7 @@ Result<int> GltfImages::noted(int image) {
     if (!*note.pixels) {
       return Error{note.pixels->error().code, note.pixels->error().message, where};
     }
-    if (auto status = source_.budget().take((*note.pixels)->bytes.size(), where); !status) {
+    if (auto status = source_.budget().take_image((*note.pixels)->bytes.size(), where); !status) {
       return status.error();
     }
   }

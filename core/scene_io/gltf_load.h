@@ -31,6 +31,7 @@ struct GltfLimits {
   std::size_t triangles_max = 200'000'000;
   std::size_t instances_max = 10'000'000;
   std::size_t decoded_bytes_max = std::size_t{8} << 30;  ///< geometry and images together
+  std::size_t paged_bytes_max = std::size_t{8} << 30;    ///< images that lie in files, instead
   int image_side_max = 16384;
   /// Called before reading or building allocates this many more bytes, including JSON; an error
   /// ends the reading. Null: no check.

@@ -7,8 +7,6 @@
 namespace core {
 namespace {
 
-/// Coordinates of up to this many radii keep 19 of the 24 bits of a float for the scene itself.
-constexpr double kFarRadii = 32;
 constexpr double kFloatStep = 0x1p-23;  ///< of a float, relative, at most
 /// Steps along the radius of a mesh below which its shape is reported as inexact.
 constexpr double kFewSteps = 256;
@@ -72,9 +70,9 @@ double PlaceBox::reach(Place from) const noexcept {
                              std::fabs(high.x), std::fabs(high.y), std::fabs(high.z)});
 }
 
-Place far_origin(const PlaceBox& box) noexcept {
+Place far_origin(const PlaceBox& box, double radii) noexcept {
   const double radius = box.radius();
-  if (!(radius > 0) || !(box.reach({}) > kFarRadii * radius)) {
+  if (!(radius > 0) || !(box.reach({}) > radii * radius)) {
     return {};
   }
   const double step = std::exp2(std::floor(std::log2(radius)));
@@ -102,7 +100,6 @@ Place find_origin(const SceneDescription& scene, std::span<const Affine> to_worl
       all.add(box.max);
     }
   }
-  const Place origin = far_origin(all);
   const double radius = all.radius();
   if (radius > kLargestRadius || (radius > 0 && radius < kSmallestRadius)) {
     warnings.emplace_back(
@@ -111,21 +108,26 @@ Place find_origin(const SceneDescription& scene, std::span<const Affine> to_worl
             text_of(kSmallestRadius) + " to " + text_of(kLargestRadius) +
             " m light may be lost, because 32-bit floats cannot hold its areas: scale the scene.");
   }
-  for (std::size_t i = 0; i < to_world.size(); ++i) {
-    const PlaceBox& box = boxes[i];
-    if (!(box.radius() > 0)) {
-      continue;
+  // Returns the first instance of which floats, counted from there, cannot hold the shape, and
+  // their steps.
+  const auto first_inexact = [&](Place origin) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const double stored = mesh_of(i).reach({}) * boxes[i].radius() / mesh_of(i).radius();
+      const double step = kFloatStep * std::max(boxes[i].reach(origin), stored);
+      if (boxes[i].radius() > 0 && boxes[i].radius() < kFewSteps * step) {
+        return std::pair(i, step);
+      }
     }
-    const double stored = mesh_of(i).reach({}) * box.radius() / mesh_of(i).radius();
-    const double step = kFloatStep * std::max(box.reach(origin), stored);
-    if (box.radius() < kFewSteps * step) {
-      warnings.emplace_back("size", "/nodes/" + std::to_string(scene.instances[i].object - 1),
-                            "the mesh is " + text_of(2 * box.radius()) +
-                                " m large, but so far from its origin or the rest of the scene "
-                                "32-bit floats place its vertices in steps of " +
-                                text_of(step) + " m.");
-      break;  // for all
-    }
+    return std::pair(boxes.size(), 0.0);
+  };
+  const bool is_exact = first_inexact({}).first == boxes.size();
+  const Place origin = far_origin(all, is_exact ? kFarRadii : 1);
+  if (const auto [i, step] = first_inexact(origin); i < boxes.size()) {
+    warnings.emplace_back("size", "/nodes/" + std::to_string(scene.instances[i].object - 1),
+                          "the mesh is " + text_of(2 * boxes[i].radius()) +
+                              " m large, but so far from its origin or the rest of the scene "
+                              "32-bit floats place its vertices in steps of " +
+                              text_of(step) + " m.");
   }
   return origin;
 }

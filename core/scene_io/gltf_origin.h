@@ -24,13 +24,16 @@ struct PlaceBox {
   static constexpr double kNone = 1e300;
 };
 
-/// Returns an origin for what is in the box: zero unless it lies 32 of its radii away, so that most
-/// scenes keep the file's coordinates; else a multiple of a power of two of about the radius near
-/// the centre, so that whole coordinates stay whole.
-Place far_origin(const PlaceBox& box) noexcept;
+/// Coordinates of up to this many radii keep 19 of the 24 bits of a float for the scene itself.
+inline constexpr double kFarRadii = 32;
 
-/// Returns far_origin() of the meshes, placed by the matrices of scene.instances. Adds a warning
-/// where floats cannot hold what the file does.
+/// Returns an origin for what is in the box: zero unless it lies so many of its radii away, so that
+/// most scenes keep the file's coordinates; else a multiple of a power of two of about the radius
+/// near the centre, so that whole coordinates stay whole.
+Place far_origin(const PlaceBox& box, double radii = kFarRadii) noexcept;
+
+/// Returns far_origin() of the meshes, placed by the matrices of scene.instances; of one radius
+/// where floats could not hold a mesh. Adds a warning where they cannot.
 Place find_origin(const SceneDescription& scene, std::span<const Affine> to_world,
                   std::vector<Warning>& warnings);
 

@@ -27,6 +27,21 @@ Status DecodeBudget::take(std::uint64_t bytes, const std::string& where) {
   return admit_ ? admit_(bytes * kBuildFactor) : ok_status();
 }
 
+Status DecodeBudget::take_image(std::uint64_t bytes, const std::string& where) {
+  if (resident_bytes(bytes) > 0) {
+    return take(bytes, where);
+  }
+  if (bytes > paged_left_) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(bytes) +
+                     " bytes when decoded; the large images of the scene may have " +
+                     std::to_string(paged_left_) + " more",
+                 where};
+  }
+  paged_left_ -= bytes;
+  return admit_ ? admit_(0) : ok_status();
+}
+
 Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& resolve,
                                       const std::string& where) {
   if (is_data_uri(uri)) {

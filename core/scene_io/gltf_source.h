@@ -2,6 +2,7 @@
 /// chunk, and views, which are decompressed on first use.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
@@ -20,13 +21,19 @@ namespace core {
 class DecodeBudget {
  public:
   explicit DecodeBudget(const GltfLimits& limits)
-      : bytes_max_(limits.decoded_bytes_max), admit_(limits.admit) {}
+      : bytes_max_(limits.decoded_bytes_max),
+        paged_left_(limits.paged_bytes_max),
+        admit_(limits.admit) {}
   /// Errors: kTooLarge if `bytes` more would exceed the limit; those of GltfLimits::admit.
   Status take(std::uint64_t bytes, const std::string& where);
-  std::size_t left() const noexcept { return bytes_max_ - used_; }
+  /// The same for an image, which may lie in a file (core/base/paged_memory.h).
+  Status take_image(std::uint64_t bytes, const std::string& where);
+  /// Returns the bytes that an image may have.
+  std::size_t left() const noexcept { return std::max(bytes_max_ - used_, paged_left_); }
 
  private:
   std::size_t bytes_max_;
+  std::size_t paged_left_;
   std::function<Status(std::uint64_t)> admit_;
   std::size_t used_ = 0;
 };

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/math/bounds.h"
+
 namespace core {
 namespace {
 
@@ -82,55 +84,123 @@ struct Neighbours {
   }
 };
 
-double area(const PrimitiveDescription& p, std::uint32_t triangle) {
-  const auto at = [&](std::size_t k) {
-    return p.positions[p.indices[3 * std::size_t{triangle} + k]];
-  };
-  return 0.5 * static_cast<double>(length(cross(at(1) - at(0), at(2) - at(0))));
-}
+/// Connected triangles.
+struct Surface {
+  std::vector<std::uint32_t> triangles;
+  std::array<double, 2> areas = {};  ///< of both sides
+  bool has_sides = true;             ///< a Moebius strip has not
+  bool is_closed = true;
+  double volume = 0;  ///< negative: it faces inwards
+  Bounds box;
+};
 
-}  // namespace
+class Windings {
+ public:
+  explicit Windings(PrimitiveDescription& primitive)
+      : primitive_(primitive),
+        neighbours_(primitive),
+        side_(primitive.indices.size() / 3, kUnknown) {}
 
-std::size_t align_windings(PrimitiveDescription& primitive) {
-  const Neighbours neighbours(primitive);
-  enum Side : std::uint8_t { kUnknown, kFirst, kOther };
-  std::vector<Side> side(primitive.indices.size() / 3, kUnknown);
-  std::size_t turned = 0;
-  for (std::uint32_t start = 0; start < side.size(); ++start) {
-    if (side[start] != kUnknown) {
-      continue;
-    }
-    std::vector<std::uint32_t> surface = {start};  // triangles that are connected
-    std::array<double, 2> areas = {};              // of both sides
-    bool has_sides = true;                         // a Moebius strip has not
-    side[start] = kFirst;
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-      const std::uint32_t here = surface[i];
-      areas[side[here] == kFirst ? 0 : 1] += area(primitive, here);
-      for (std::size_t edge = 3 * std::size_t{here}; edge < 3 * std::size_t{here} + 3; ++edge) {
-        const std::uint32_t next = neighbours.triangle[edge];
-        if (next == Neighbours::kNone) {
-          continue;
-        }
-        const bool is_other = (side[here] == kOther) != neighbours.is_turned[edge];
-        if (side[next] == kUnknown) {
-          side[next] = is_other ? kOther : kFirst;
-          surface.push_back(next);
-        }
-        has_sides = has_sides && (side[next] == kOther) == is_other;
+  std::size_t run() {
+    for (std::uint32_t start = 0; start < side_.size(); ++start) {
+      if (side_[start] == kUnknown) {
+        surfaces_.push_back(connected_to(start));
+        align(surfaces_.back());
       }
     }
-    const Side smaller = areas[0] < areas[1] ? kFirst : kOther;
-    for (const std::uint32_t triangle : surface) {
-      if (has_sides && side[triangle] == smaller) {
-        std::swap(primitive.indices[3 * std::size_t{triangle} + 1],
-                  primitive.indices[3 * std::size_t{triangle} + 2]);
-        ++turned;
+    turn_outwards();
+    return static_cast<std::size_t>(std::count(turned_.begin(), turned_.end(), true));
+  }
+
+ private:
+  enum Side : std::uint8_t { kUnknown, kFirst, kOther };
+
+  Vec3 corner(std::uint32_t triangle, std::size_t k) const {
+    return primitive_.positions[primitive_.indices[3 * std::size_t{triangle} + k]];
+  }
+
+  Surface connected_to(std::uint32_t start) {
+    Surface out;
+    out.triangles = {start};
+    side_[start] = kFirst;
+    for (std::size_t i = 0; i < out.triangles.size(); ++i) {
+      const std::uint32_t here = out.triangles[i];
+      out.areas[side_[here] == kFirst ? 0 : 1] += static_cast<double>(
+          length(cross(corner(here, 1) - corner(here, 0), corner(here, 2) - corner(here, 0))));
+      for (std::size_t edge = 3 * std::size_t{here}; edge < 3 * std::size_t{here} + 3; ++edge) {
+        const std::uint32_t next = neighbours_.triangle[edge];
+        if (next == Neighbours::kNone) {
+          out.is_closed = false;
+          continue;
+        }
+        const bool is_other = (side_[here] == kOther) != neighbours_.is_turned[edge];
+        if (side_[next] == kUnknown) {
+          side_[next] = is_other ? kOther : kFirst;
+          out.triangles.push_back(next);
+        }
+        out.has_sides = out.has_sides && (side_[next] == kOther) == is_other;
+      }
+    }
+    return out;
+  }
+
+  void turn(std::uint32_t triangle) {
+    std::uint32_t* const v = &primitive_.indices[3 * std::size_t{triangle}];
+    std::swap(v[1], v[2]);
+    turned_[triangle] = !turned_[triangle];
+  }
+
+  /// Turns the smaller side to the larger one.
+  void align(Surface& surface) {
+    const Side smaller = surface.areas[0] < surface.areas[1] ? kFirst : kOther;
+    const Vec3 center = corner(surface.triangles.front(), 0);
+    for (const std::uint32_t triangle : surface.triangles) {
+      if (surface.has_sides && side_[triangle] == smaller) {
+        turn(triangle);
+      }
+      std::array<Vec3, 3> p;
+      for (std::size_t k = 0; k < 3; ++k) {
+        surface.box.add(corner(triangle, k));
+        p[k] = corner(triangle, k) - center;
+      }
+      surface.volume += static_cast<double>(dot(p[0], cross(p[1], p[2])));
+    }
+  }
+
+  /// Turns surfaces that face inwards beside one that faces outwards, unless they are in another
+  /// one: cavities. What faces inwards as a whole is left to find_solids(), which knows all meshes.
+  void turn_outwards() {
+    const auto closed = [](const Surface& s) { return s.is_closed && s.has_sides; };
+    const bool one_faces_outwards =
+        std::any_of(surfaces_.begin(), surfaces_.end(),
+                    [&](const Surface& s) { return closed(s) && s.volume > 0; });
+    for (const Surface& surface : surfaces_) {
+      const auto surrounds = [&](const Surface& other) {
+        return &other != &surface && contains(other.box, surface.box);
+      };
+      if (one_faces_outwards && closed(surface) && surface.volume < 0 &&
+          std::none_of(surfaces_.begin(), surfaces_.end(), surrounds)) {
+        std::for_each(surface.triangles.begin(), surface.triangles.end(),
+                      [this](std::uint32_t triangle) { turn(triangle); });
       }
     }
   }
-  return turned;
-}
+
+  static bool contains(const Bounds& a, const Bounds& b) {
+    return a.min.x <= b.min.x && a.min.y <= b.min.y && a.min.z <= b.min.z && b.max.x <= a.max.x &&
+           b.max.y <= a.max.y && b.max.z <= a.max.z;
+  }
+
+  PrimitiveDescription& primitive_;
+  const Neighbours neighbours_;
+  std::vector<Side> side_;
+  std::vector<bool> turned_ = std::vector<bool>(side_.size());
+  std::vector<Surface> surfaces_;
+};
+
+}  // namespace
+
+std::size_t align_windings(PrimitiveDescription& primitive) { return Windings(primitive).run(); }
 
 std::vector<bool> find_backs(const PrimitiveDescription& primitive) {
   std::vector<Triangle> all;

@@ -17,7 +17,9 @@ std::vector<std::uint32_t> take_triangles(PrimitiveDescription& primitive,
                                           const std::vector<bool>& which);
 
 /// Turns triangles so that neighbours pass their common edge in opposite directions: of each
-/// connected surface the smaller side. Surfaces with one side only stay. Returns their number.
+/// connected surface the smaller side. Surfaces with one side only stay. Then turns closed surfaces
+/// that face inwards, if another one faces outwards and none surrounds them. Returns the number of
+/// triangles turned.
 std::size_t align_windings(PrimitiveDescription& primitive);
 
 }  // namespace core

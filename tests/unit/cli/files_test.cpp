@@ -98,6 +98,13 @@ TEST(Files, AreWrittenCompletelyOrNotAtAll) {
   EXPECT_EQ(*cli::read_file(path), "abc");
   fs::remove(path);
   EXPECT_FALSE(cli::write_file("/nonexistent/folder/file", "abc"));
+  EXPECT_TRUE(cli::check_writable(path));
+  EXPECT_TRUE(cli::check_writable("-"));
+  EXPECT_TRUE(cli::check_writable("/dev/null"));
+  EXPECT_TRUE(cli::check_writable("in_this_folder"));
+  const auto nowhere = cli::check_writable("/nonexistent/folder/file");
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(nowhere.error().where, "/nonexistent/folder/file");
 }
 
 TEST(Files, SymbolicLinksAreKept) {

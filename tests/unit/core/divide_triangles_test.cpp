@@ -80,8 +80,6 @@ SceneData scene_with(bool apart, const std::vector<Vec3>& places, float size_m) 
   return scene;
 }
 
-std::size_t divide(SceneData& scene) { return divide_triangles(scene, scene.placed.size()); }
-
 using Key = std::array<float, 3>;
 Key key(Vec3 p) { return {p.x, p.y, p.z}; }
 
@@ -122,7 +120,7 @@ TEST(DivideTriangles, KeepsSurfaceAttributesAndNeighbours) {
     }
     SceneData scene = scene_with(apart, places, 0.05F);
     const std::size_t given = scene.meshes[0].positions.size() - 1;
-    const std::size_t added = divide(scene);
+    const std::size_t added = divide_triangles(scene);
     const MeshData& mesh = scene.meshes[0];
     EXPECT_EQ(mesh.triangle_count(), 32 + added);
     EXPECT_LT(added, 100 * places.size());
@@ -155,7 +153,7 @@ TEST(DivideTriangles, TrianglesNearSmallMeshesAreSmall) {
   constexpr float kSize_m = 0.05F;
   for (const Vec3 at : {Vec3{0, 0, 0}, Vec3{123, 0, -77}, Vec3{kHalf_m - 1, 0, 3}}) {
     SceneData scene = scene_with(false, {at}, kSize_m);
-    EXPECT_GT(divide(scene), 10);
+    EXPECT_GT(divide_triangles(scene), 10);
     const MeshData& mesh = scene.meshes[0];
     for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
       core::Bounds box;
@@ -173,18 +171,52 @@ TEST(DivideTriangles, TrianglesNearSmallMeshesAreSmall) {
   }
 }
 
-TEST(DivideTriangles, LeavesWhatIsLargeOrFarAwayOrMoves) {
+/// Moves all of a mesh up by `height_m` until the shutter closes.
+void lift(MeshData& mesh, float height_m) {
+  core::MovedVertices moved = {mesh.positions, mesh.normals};
+  moved.normals.pop_back();
+  for (std::size_t v = 0; v + 1 < moved.positions.size(); ++v) {
+    moved.positions[v].y += height_m;
+  }
+  mesh.later.push_back(moved);
+}
+
+TEST(DivideTriangles, MovingMeshesAndInstancesToo) {
+  SceneData moving = scene_with(false, {{0, 7, 0}}, 0.05F);
+  lift(moving.meshes[0], 7);
+  EXPECT_GT(divide_triangles(moving), 10);
+  const MeshData& mesh = moving.meshes[0];
+  ASSERT_EQ(mesh.later[0].positions.size(), mesh.positions.size());
+  ASSERT_EQ(mesh.later[0].normals.size(), mesh.positions.size() - 1);
+  for (std::size_t v = 0; v + 1 < mesh.positions.size(); ++v) {
+    EXPECT_EQ(mesh.later[0].positions[v].y, 7);
+  }
+
+  SceneData twice = scene_with(false, {{0, 0, 0}}, 0.05F);
+  twice.placed = {{.mesh = 1}, {.mesh = 0}, {.mesh = 0}};
+  const core::Transform half = core::scaling({0.5F, 0.5F, 0.5F});
+  twice.instances.push_back({half, 1, core::instance_error(half)});
+  const core::Transform away = core::translation({0, 100, 0});
+  twice.instances.push_back({away, 2, core::instance_error(away)});
+  const std::size_t added = divide_triangles(twice);
+  EXPECT_EQ(twice.meshes[0].triangle_count(), 32 + added / 2);
+  EXPECT_GT(added, 20);
+}
+
+TEST(DivideTriangles, LeavesWhatIsLargeOrFarAway) {
   SceneData large = scene_with(false, {{0, 0, 0}}, 100);
-  EXPECT_EQ(divide(large), 0);
+  EXPECT_EQ(divide_triangles(large), 0);
   SceneData above = scene_with(false, {{0, 1, 0}}, 0.05F);
-  EXPECT_EQ(divide(above), 0);
+  EXPECT_EQ(divide_triangles(above), 0);
   SceneData beside = scene_with(false, {{kHalf_m + 1, 0, 0}}, 0.05F);
-  EXPECT_EQ(divide(beside), 0);
-  SceneData moving = scene_with(false, {{0, 0, 0}}, 0.05F);
-  moving.meshes[0].later.push_back({moving.meshes[0].positions, moving.meshes[0].normals});
-  EXPECT_EQ(divide(moving), 0);
+  EXPECT_EQ(divide_triangles(beside), 0);
+  SceneData huge = scene_with(false, {{0, 0, 0}}, 1e-4F);
+  for (Vec3& p : huge.meshes[0].positions) {
+    p = p * 1e34F;
+  }
+  EXPECT_LT(divide_triangles(huge), 200'000) << "where 80 halvings do not do";
   SceneData empty;
-  EXPECT_EQ(divide(empty), 0);
+  EXPECT_EQ(divide_triangles(empty), 0);
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
+#include <array>
 #include <cmath>
+#include <tuple>
 
 #include "core/scene_io/windings.h"
 #include "tests/unit/core/gltf_test_support.h"
@@ -180,14 +182,14 @@ core::Result<core::SceneDescription> square(const char* faces, const std::vector
       std::swap(indices[3 * i + 1], indices[3 * i + 2]);
     }
   }
-  const int normal = writer.add_accessor(bytes(normals), kF32, "VEC3", 3);
+  const int normal = writer.add_accessor(bytes(normals), kF32, "VEC3", 4);
   const int tangent = accessor(writer,
                                std::vector<float>{1, 0, 0, 1, 1, 0, 0, 1,  //
                                                   1, 0, 0, 1, 1, 0, 0, 1},
                                kF32, "VEC4", 4);
   const int index = accessor(writer, indices, kU16, "SCALAR", 1);
   const int morph = writer.add_accessor(
-      bytes(std::vector<Vec3>{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}), kF32, "VEC3", 3);
+      bytes(std::vector<Vec3>{{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}), kF32, "VEC3", 4);
   writer.add("meshes", R"({"name":"tile","primitives":[{)" +
                            attributes(positions, "\"NORMAL\":" + number(normal) +
                                                      ",\"TANGENT\":" + number(tangent)) +
@@ -461,6 +463,38 @@ TEST(GltfGeometry, TrianglesOfASolidFaceAsTheirNeighbours) {
   const auto inwards = tetrahedron(half, solid).meshes.at(0).primitives.at(0).indices;
   EXPECT_EQ(inwards, (std::vector<std::uint32_t>{0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2}))
       << "of two halves the smaller is turned; SolidFinder turns the whole";
+}
+
+/// Adds the six squares of a cube, which faces inwards if `inwards`.
+void add_cube(core::PrimitiveDescription& to, float half, float x, bool inwards) {
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  for (int i = 0; i < 8; ++i) {
+    to.positions.push_back({x + ((i & 1) != 0 ? half : -half), (i & 2) != 0 ? half : -half,
+                            (i & 4) != 0 ? half : -half});
+  }
+  constexpr std::uint32_t kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                          {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : kFaces) {
+    for (const auto& [a, b, c] : {std::array{f[0], f[1], f[2]}, std::array{f[0], f[2], f[3]}}) {
+      to.indices.insert(to.indices.end(),
+                        {first + a, first + (inwards ? c : b), first + (inwards ? b : c)});
+    }
+  }
+}
+
+TEST(GltfGeometry, SolidsOfAPrimitiveFaceOutwardsAndCavitiesInwards) {
+  const auto turned = [](std::initializer_list<std::tuple<float, float, bool>> cubes) {
+    core::PrimitiveDescription p;
+    for (const auto& [half, x, inwards] : cubes) {
+      add_cube(p, half, x, inwards);
+    }
+    return core::align_windings(p);
+  };
+  EXPECT_EQ(turned({{1, 0, false}, {1, 3, false}}), 0);
+  EXPECT_EQ(turned({{1, 0, false}, {1, 3, true}}), 12) << "beside the other";
+  EXPECT_EQ(turned({{1, 0, true}, {0.5F, 3, false}}), 12);
+  EXPECT_EQ(turned({{1, 0, false}, {0.5F, 0, true}}), 0) << "a cavity";
+  EXPECT_EQ(turned({{1, 0, true}, {1, 3, true}}), 0) << "other meshes may surround them";
 }
 
 TEST(GltfGeometry, SurfacesWithOneSideStay) {

@@ -33,17 +33,17 @@ core::Vec3 to_camera(const JobSpec& spec) {
 
 }  // namespace
 
-float auto_exposure_stops(const JobSpec& spec, const std::function<double()>& metered) {
+double auto_exposure_stops(const JobSpec& spec, const std::function<double()>& metered) {
   const core::EnvironmentSettings& light = spec.environment;
   const float strength = light.intensity * core::luminance(light.color);
   if (spec.environment_choice != EnvironmentChoice::kGiven || !light.preset || !(strength > 0)) {
-    return static_cast<float>(metered());
+    return metered();
   }
   constexpr auto kMost = static_cast<float>(limits::kExposureStops);
   const float stops =
       core::studio_exposure_stops(*light.preset, light.rotation_degrees, to_camera(spec)) -
       std::log2(strength);
-  return std::clamp(stops, -kMost, kMost);
+  return static_cast<double>(std::clamp(stops, -kMost, kMost));
 }
 
 }  // namespace api

@@ -12,6 +12,6 @@ namespace api {
 /// (core/layers/exposure.h) knows only the image, and would show white on white as grey. The light
 /// is read from the camera's side, whatever the front of the model is; from +z for cameras of
 /// files, whose pose only the scene knows. metered: gives the exposure under other light.
-float auto_exposure_stops(const JobSpec& spec, const std::function<double()>& metered);
+double auto_exposure_stops(const JobSpec& spec, const std::function<double()>& metered);
 
 }  // namespace api

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <limits>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -61,10 +62,9 @@ constexpr std::array kViewFlags = {
     MemberFlag{"--variant", "/variant", Value::kText, "NAME",
                "Name of the scene's material variant"},
     MemberFlag{"--rotation", "/environment/rotation_degrees", Value::kNumber, "D",
-               "Rotation of the environment, counter-clockwise seen from above, degrees", "0",
-               -limits::kAngleDegrees, limits::kAngleDegrees},
+               "Rotation of the environment, counter-clockwise seen from above, degrees", "0"},
     MemberFlag{"--intensity", "/environment/intensity", Value::kNumber, "I",
-               "Multiplier of the environment's light", "1", 0, limits::kRadiance},
+               "Multiplier of the environment's light", "1"},
     MemberFlag{"--transparent", "/environment/visible", Value::kFalse, "",
                "Transparent background: the environment (white without --environment) lights the "
                "scene but is not visible"},
@@ -77,17 +77,15 @@ constexpr std::array kViewFlags = {
                "catcher (shows only shadows and reflections on a transparent background), sweep, "
                "none"},
     MemberFlag{"--ground-height", "/ground/height", Value::kNumber, "M",
-               "Height (y) of the ground, metres", "the model's lowest point", -limits::kMetres,
-               limits::kMetres},
+               "Height (y) of the ground, metres", "the model's lowest point"},
     MemberFlag{"--ground-reflection", "/ground/reflection", Value::kNumber, "0..1",
-               "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model", "0", 0,
-               1},
+               "Weight of a smooth coat on the ground: 0 is diffuse, 1 reflects the model", "0"},
     MemberFlag{"--shadow", "/ground/shadow/color", Value::kText, "TYPE",
                "Colour of the shadow on a catcher: neutral (none), physical"},
     MemberFlag{"--shadow-strength", "/ground/shadow/strength", Value::kNumber, "0..1",
-               "Strength of that shadow", "1", 0, 1},
+               "Strength of that shadow", "1"},
     MemberFlag{"--shadow-softness", "/ground/shadow/softness", Value::kNumber, "0..1",
-               "Sine of the angle by which lights are widened for that shadow", "0", 0, 1},
+               "Sine of the angle by which lights are widened for that shadow", "0"},
 };
 
 constexpr std::array kMethodFlags = {
@@ -130,7 +128,10 @@ void add_check(CLI::Option& option, const MemberFlag& flag) {
   if (flag.value == Value::kShare) {
     option.transform(share_within(flag.min, flag.max));
   } else if (flag.value == Value::kNumber) {
-    option.check(flag.is_open ? above_zero(flag.max) : within(flag.min, flag.max));
+    constexpr double kAny = std::numeric_limits<double>::max();
+    option.check(flag.is_open          ? above_zero(flag.max)
+                 : flag.max > flag.min ? within(flag.min, flag.max)
+                                       : within(-kAny, kAny));
   }
 }
 

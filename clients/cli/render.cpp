@@ -170,8 +170,7 @@ double exposure_of(const api::JobSpec& spec, const core::Brightness& brightness,
   if (flags.exposure != "auto") {
     return std::strtod(flags.exposure.c_str(), nullptr);
   }
-  return static_cast<double>(
-      api::auto_exposure_stops(spec, [&] { return brightness.auto_exposure; }));
+  return api::auto_exposure_stops(spec, [&] { return brightness.auto_exposure; });
 }
 
 /// Returns whether the plain image is written without fireflies. Errors: --fireflies that the

@@ -34,7 +34,7 @@ void set_aside(const void* p, std::size_t bytes) noexcept;
 /// An allocator of arrays that lie in files from kPagedBytes on.
 template <typename T>
 struct PagedAllocator {
-  using value_type = T;
+  using value_type = T;  // NOLINT(readability-identifier-naming): the name of the standard
   PagedAllocator() = default;
   template <typename U>
   PagedAllocator(const PagedAllocator<U>& /*other*/) noexcept {

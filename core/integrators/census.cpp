@@ -28,7 +28,7 @@ PathSampler sampler_of(const RenderSettings& settings, std::uint64_t stream, Par
 constexpr int kStartCount = 4096;
 /// The width of the cone in which one of 4096 particles leaves a point light, 4 / sqrt(4096): so
 /// few tell nothing of finer texels, and large textures need not be in memory for them.
-constexpr float kConeSpread_rad = 0.0625F;
+constexpr float kConeSpread = 0.0625F;
 
 /// Camera rays. Each takes as much as 1.5 samples (callgrind on cornell-box): together 5% of one
 /// sample of each of two million pixels.
@@ -238,7 +238,7 @@ std::uint64_t LightCensus::trace(int first, int last) {
   for (int i = first; i < last; ++i) {
     sampler.start(0, 0, i);
     PathState path = start_path(sampler, rays);
-    path.cone_spread_rad = kConeSpread_rad;
+    path.cone_spread_rad = kConeSpread;
     particle.is_held = i % 2 != 0;
     particle.u_tile = path.sampler.get_4d(kStartGroup).w;
     particle.u_picture = path.sampler.get_4d(kAimGroup).z;

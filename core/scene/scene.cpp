@@ -46,8 +46,8 @@ std::size_t MeshData::bytes() const noexcept {
   return moved + positions.capacity() * sizeof(Vec3) + indices.capacity() * sizeof(std::uint32_t) +
          normals.capacity() * sizeof(Vec3) + tangents.capacity() * sizeof(Vec4) +
          (uv[0].capacity() + uv[1].capacity()) * sizeof(Vec2) + colors.capacity() * sizeof(Vec4) +
-         file_vertices.capacity() * sizeof(std::uint32_t) +
-         added.capacity() * sizeof(AddedVertex) + round_sides.capacity();
+         file_vertices.capacity() * sizeof(std::uint32_t) + added.capacity() * sizeof(AddedVertex) +
+         round_sides.capacity();
 }
 
 Scene::Scene() : data_(std::make_unique<SceneData>()) {}

@@ -132,11 +132,11 @@ std::optional<float> exposure_of(const core::Film& film, const Picture& picture)
   if (!picture.query.auto_exposure) {
     return picture.query.exposure_stops;
   }
-  return api::auto_exposure_stops(picture.view.spec, [&] {
+  return static_cast<float>(api::auto_exposure_stops(picture.view.spec, [&] {
     return picture.auto_exposure
                ? *picture.auto_exposure
                : core::brightness_of(film, picture.view.spec.render.film).auto_exposure;
-  });
+  }));
 }
 
 core::EncodeOptions encode_options(const Picture& picture, const api::ServerView& about) {

@@ -89,6 +89,11 @@ class Server:
         with open(self.log, encoding="utf-8", errors="replace") as log:
             return log.read()[-4000:]
 
+    def logged(self, event):
+        """Whether the log has the event, however long ago."""
+        with open(self.log, encoding="utf-8", errors="replace") as log:
+            return any(f'"event":"{event}"' in line for line in log)
+
     def checkpoints(self, job):
         """The number of a job's checkpoints; needs --log-level debug."""
         with open(self.log, encoding="utf-8") as log:

@@ -536,7 +536,7 @@ class FirstImages(ApiTest):
         self.assertFalse(part.exists())
         for path, old in zip(paths, before):
             self.assertEqual(self.server.get(path).body, old.body)
-        self.assertIn("look_damaged", self.server.log_text())
+        self.assertTrue(self.server.logged("look_damaged"))
         self.assertEqual(self.server.request("DELETE", f"/v1/jobs/{job}").status, 204)
         self.assertFalse((looks / job).exists())
 

@@ -32,8 +32,8 @@ struct MemberFlag {
   const char* text;
   const char* standard = "";  ///< the default, in help
   double min = 0;             ///< of numbers and shares
-  double max = 0;        ///< at min: any number; the server tells the range
-  bool is_open = false;  ///< min itself is not allowed
+  double max = 0;             ///< at min: any number; the server tells the range
+  bool is_open = false;       ///< min itself is not allowed
 };
 
 /// Rules that end a job.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -167,6 +168,7 @@ std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes
 
   DisjointSets joined(meshes.size());
   std::vector<std::size_t> border_edges(meshes.size());
+  std::vector<std::size_t> one_way_edges(meshes.size());
   for (std::size_t i = 0; i < borders.size();) {
     std::int32_t count = 0;
     const Edge first = borders[i];
@@ -175,6 +177,7 @@ std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes
       count += borders[i].count;
     }
     border_edges[first.mesh] += count != 0 ? 1 : 0;
+    one_way_edges[first.mesh] += std::abs(count) == 2 ? 1 : 0;
   }
   std::vector<JoinedSurface> out;
   std::vector<std::size_t> place(meshes.size());
@@ -187,6 +190,7 @@ std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes
     JoinedSurface& surface = out[place[root]];
     surface.meshes.push_back(m);
     surface.border_edges += border_edges[m];
+    surface.one_way_edges += one_way_edges[m];
     surface.volume_m3 += volume(*meshes[m]);
   }
   return out;

@@ -12,7 +12,8 @@ namespace core {
 /// Meshes that share borders, or one mesh without a border.
 struct JoinedSurface {
   std::vector<std::size_t> meshes;  ///< indices, ascending
-  std::size_t border_edges = 0;     ///< of one triangle only; 0: closed
+  std::size_t border_edges = 0;     ///< of one triangle only, or passed one way; 0: closed
+  std::size_t one_way_edges = 0;    ///< of these, those that two triangles pass in one direction
   double volume_m3 = 0;             ///< enclosed, if closed; negative if it faces inwards
 };
 

@@ -107,6 +107,7 @@ std::vector<JoinedSurface> with_open_parts_joined(std::vector<JoinedSurface> sur
     } else {
       other->meshes.insert(other->meshes.end(), surface.meshes.begin(), surface.meshes.end());
       other->border_edges += surface.border_edges;
+      other->one_way_edges += surface.one_way_edges;
       other->volume_m3 += surface.volume_m3;
     }
   }
@@ -178,10 +179,14 @@ class SolidFinder {
     faces_inwards_.push_back(surface.border_edges == 0 && surface.volume_m3 < 0);
     if (surface.border_edges > 0) {
       solid.kind = SolidKind::kOpen;
+      const std::string edges = std::to_string(surface.border_edges) + " edges";
       warn(first_.back(), solid,
-           "is not closed (" + std::to_string(surface.border_edges) +
-               " edges belong to one triangle only); where light enters the volume that it bounds "
-               "and does not meet it again, the volume has no end");
+           (surface.one_way_edges == surface.border_edges
+                ? "faces both ways (both triangles at " + edges +
+                      " are wound in one direction: turn one side)"
+                : "is not closed (" + edges + " belong to one triangle only)") +
+               "; where light enters the volume that it bounds and does not meet it again, the "
+               "volume has no end");
     }
     scene_.solids.push_back(solid);
   }

@@ -182,6 +182,22 @@ TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
   ASSERT_EQ(open.size(), 1U);
   EXPECT_NE(open.front().detail.find("mesh 'vase'"), std::string::npos);
   EXPECT_NE(open.front().detail.find("is not closed"), std::string::npos);
+
+  // Two halves of a ball, one wound the other way.
+  core::PrimitiveDescription upper = test_support::sphere({0, 0, 0}, 1, 8, false, 0);
+  core::PrimitiveDescription lower = upper;
+  const auto half = static_cast<std::ptrdiff_t>(upper.indices.size() / 2);
+  upper.indices.erase(upper.indices.begin(), upper.indices.begin() + half);
+  lower.indices.erase(lower.indices.begin() + half, lower.indices.end());
+  for (std::size_t i = 0; i < lower.indices.size(); i += 3) {
+    std::swap(lower.indices[i], lower.indices[i + 1]);
+  }
+  const auto both =
+      test_support::build(test_support::scene_of({glass()}, {upper, lower}))->summary().warnings;
+  ASSERT_EQ(both.size(), 1U);
+  EXPECT_NE(both.front().detail.find("faces both ways (both triangles at 16 edges are"),
+            std::string::npos)
+      << both.front().detail;
 }
 
 TEST(ClosedSurface, SeamsAreClosedUpToRounding) {

@@ -88,6 +88,22 @@ float largest_scale(const Transform& m) {
   return std::max({length(m.x), length(m.y), length(m.z)});
 }
 
+/// Keeps the first kSmallMost by edges_m, in that order.
+void keep_smallest(std::vector<Small>& all) {
+  const std::size_t count = std::min(all.size(), kSmallMost);
+  std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count), all.end(),
+                    [](const Small& a, const Small& b) { return a.edges_m < b.edges_m; });
+  all.resize(count);
+}
+
+/// Adds one, and keeps the number bounded while many are added.
+void add(std::vector<Small>& all, const Small& small) {
+  all.push_back(small);
+  if (all.size() == 16 * kSmallMost) {
+    keep_smallest(all);
+  }
+}
+
 /// Returns the meshes near which triangles of these edges are too large, the smallest first.
 std::vector<Small> find_small(const SceneData& scene, float most_m) {
   std::vector<Bounds> own(scene.meshes.size());
@@ -111,13 +127,10 @@ std::vector<Small> find_small(const SceneData& scene, float most_m) {
     if (radius_m > 0 && edges < most_m) {
       const Vec3 room = {radius_m, radius_m, radius_m};
       box = {box.min - room, box.max + room};
-      out.push_back({box, edges});
+      add(out, {box, edges});
     }
   });
-  const std::size_t count = std::min(out.size(), kSmallMost);
-  std::partial_sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(),
-                    [](const Small& a, const Small& b) { return a.edges_m < b.edges_m; });
-  out.resize(count);
+  keep_smallest(out);
   return out;
 }
 
@@ -372,15 +385,13 @@ std::size_t divide_triangles(SceneData& scene) {
       const Transform& to_world = scene.instances[instance].to_world;
       const Transform to_mesh = inverse(to_world);
       for (const Small& each : small) {
-        near[mesh].push_back({image_of(each.box, to_mesh), each.edges_m / largest_scale(to_world)});
+        add(near[mesh], {image_of(each.box, to_mesh), each.edges_m / largest_scale(to_world)});
       }
     }
   });
   std::size_t added = 0;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    std::sort(near[m].begin(), near[m].end(),
-              [](const Small& a, const Small& b) { return a.edges_m < b.edges_m; });
-    near[m].resize(std::min(near[m].size(), kSmallMost));
+    keep_smallest(near[m]);
     if (!near[m].empty()) {
       added += uses[m] * Division(scene.meshes[m], near[m]).run();
     }

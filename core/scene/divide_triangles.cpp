@@ -26,9 +26,6 @@ constexpr float kSteps = 1024;
 constexpr std::size_t kSmallMost = 1024;
 constexpr std::size_t kLargeMost = 4096;
 constexpr std::size_t kDividedMost = kLargeMost + 100 * kSmallMost;
-/// Halvings of a triangle: a ground of the Earth's size around a grain of sand.
-constexpr int kRoundsMost = 80;
-
 /// The surroundings of a mesh, and the longest edges of triangles there: edges_m().
 struct Small {
   Bounds box;
@@ -47,11 +44,6 @@ Vec4 mean(Vec4 a, Vec4 b) {
   return {0.5F * (a.x + b.x), 0.5F * (a.y + b.y), 0.5F * (a.z + b.z), 0.5F * (a.w + b.w)};
 }
 
-bool overlap(const Bounds& a, const Bounds& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
-         a.min.z <= b.max.z && b.min.z <= a.max.z;
-}
-
 bool is_near(const Corners<Vec3>& p, const Small& small) {
   Bounds box;
   for (const Vec3 corner : p) {
@@ -60,7 +52,7 @@ bool is_near(const Corners<Vec3>& p, const Small& small) {
   const Vec3 n = cross(p[1] - p[0], p[2] - p[0]);
   const Vec3 half = small.box.diagonal() * 0.5F;
   const float reach = std::fabs(n.x) * half.x + std::fabs(n.y) * half.y + std::fabs(n.z) * half.z;
-  return overlap(box, small.box) && std::fabs(dot(n, small.box.center() - p[0])) <= reach;
+  return meet(box, small.box) && std::fabs(dot(n, small.box.center() - p[0])) <= reach;
 }
 
 /// Returns the largest edges of a mesh; 0 if they are infinite.
@@ -71,17 +63,6 @@ float largest_edges_m(const MeshData& mesh) {
     most = std::max(most, edges_m({at(0), at(1), at(2)}));
   }
   return std::isfinite(most) ? most : 0;
-}
-
-/// Returns the box around the image of a box.
-Bounds image_of(const Bounds& box, const Transform& map) {
-  Bounds out;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    out.add(map.point({(corner & 1U) != 0 ? box.max.x : box.min.x,
-                       (corner & 2U) != 0 ? box.max.y : box.min.y,
-                       (corner & 4U) != 0 ? box.max.z : box.min.z}));
-  }
-  return out;
 }
 
 float largest_scale(const Transform& m) {
@@ -106,20 +87,19 @@ void add(std::vector<Small>& all, const Small& small) {
 
 /// Returns the meshes near which triangles of these edges are too large, the smallest first.
 std::vector<Small> find_small(const SceneData& scene, float most_m) {
-  std::vector<Bounds> own(scene.meshes.size());
-  for (std::size_t m = 0; m < own.size(); ++m) {
-    const MeshData& mesh = scene.meshes[m];
-    for (std::size_t v = 0; v + 1 < mesh.positions.size(); ++v) {
-      own[m].add(mesh.positions[v]);
-      for (const MovedVertices& moved : mesh.later) {
-        own[m].add(moved.positions[v]);
+  std::vector<Bounds> own;
+  for (const MeshData& mesh : scene.meshes) {
+    own.push_back(bounds_of(mesh));
+    for (const MovedVertices& moved : mesh.later) {
+      for (std::size_t v = 0; v + 1 < moved.positions.size(); ++v) {
+        own.back().add(moved.positions[v]);
       }
     }
   }
   std::vector<Small> out;
   for_each_placed(scene, [&](std::uint32_t placed, std::uint32_t instance, std::uint32_t) {
     Bounds box = own[scene.placed[placed].mesh];
-    if (instance != kNoInstance && !box.empty()) {
+    if (instance != kNoInstance) {
       box = image_of(box, scene.instances[instance].to_world);
     }
     const float radius_m = box.radius_or(0);
@@ -148,8 +128,7 @@ class Division {
       return 0;
     }
     for_each_padded([](std::vector<Vec3>& values) { values.pop_back(); });
-    for (int round = 0; round < kRoundsMost && triangles_.size() < kDividedMost && mark();
-         ++round) {
+    while (triangles_.size() < kDividedMost && mark()) {
       bisect_marked();
     }
     for_each_padded([](std::vector<Vec3>& values) { values.push_back(Vec3{}); });

@@ -6,6 +6,7 @@
 
 #include "core/math/bounds.h"
 #include "core/math/stretch.h"
+#include "core/scene/placed_meshes.h"
 
 namespace core {
 namespace {
@@ -18,27 +19,6 @@ float longest_edge(const MeshData& mesh) {
         std::max(out, length(mesh.positions[mesh.indices[i]] - mesh.positions[mesh.indices[next]]));
   }
   return out;
-}
-
-Bounds bounds_of(const MeshData& mesh) {
-  Bounds out;
-  for (std::size_t i = 0; i + 1 < mesh.positions.size(); ++i) {
-    out.add(mesh.positions[i]);
-  }
-  return out;
-}
-
-void add_corners(const Bounds& of, const Transform& to_world, Bounds& box) {
-  for (unsigned corner = 0; corner < 8 && !of.empty(); ++corner) {
-    box.add(to_world.point({(corner & 1U) != 0 ? of.max.x : of.min.x,
-                            (corner & 2U) != 0 ? of.max.y : of.min.y,
-                            (corner & 4U) != 0 ? of.max.z : of.min.z}));
-  }
-}
-
-bool meet(const Bounds& a, const Bounds& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
-         a.min.z <= b.max.z && b.min.z <= a.max.z;
 }
 
 /// The axis along which the boxes are spread most.
@@ -107,7 +87,7 @@ std::vector<bool> find_isolated_instances(const SceneData& scene, float edges,
     const Transform& to_world = scene.instances[i].to_world;
     float edge = 0;
     for (const PlacedMesh& placed : placed_of(scene, i)) {
-      add_corners(bounds[placed.mesh], to_world, boxes[i]);
+      boxes[i].add(image_of(bounds[placed.mesh], to_world));
       edge = std::max(edge, longest[placed.mesh]);
     }
     const float margin = edges * edge * stretch_bound(to_world);

@@ -214,7 +214,7 @@ TEST(DivideTriangles, LeavesWhatIsLargeOrFarAway) {
   for (Vec3& p : huge.meshes[0].positions) {
     p = p * 1e34F;
   }
-  EXPECT_LT(divide_triangles(huge), 200'000) << "where 80 halvings do not do";
+  EXPECT_LT(divide_triangles(huge), 200'000) << "where halves are no smaller";
   SceneData empty;
   EXPECT_EQ(divide_triangles(empty), 0);
 }

@@ -420,11 +420,21 @@ class Reader:
             if light is not None:
                 scene.lights.append(self.light(lights[light], matrix))
             if "camera" in node and scene.camera is None:
-                camera = document["cameras"][node["camera"]]
-                if camera["type"] != "perspective":
-                    raise Unsupported("orthographic cameras")
-                scene.camera, scene.vertical_fov = matrix, camera["perspective"]["yfov"]
+                scene.camera, scene.vertical_fov = matrix, yfov(document, node)
         return scene
+
+
+def yfov(document, node):
+    camera = document["cameras"][node["camera"]]
+    if camera["type"] != "perspective":
+        raise Unsupported("orthographic cameras")
+    return camera["perspective"]["yfov"]
+
+
+def vertical_fov(path):
+    """Of the first camera of the scene."""
+    document, _, _ = open_file(path)
+    return next(yfov(document, node) for node, _ in placed(document) if "camera" in node)
 
 
 def read(path, reads_media=False):

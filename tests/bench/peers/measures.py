@@ -96,10 +96,18 @@ def relative_mse(errors):
     return float(np.mean(errors))
 
 
-def without_worst(errors):
-    """The mean without the worst 0.1% of pixels."""
+def without_worst(errors, share=WORST_SHARE):
+    """The mean without the worst pixels; by default 0.1% of them."""
     flat = np.sort(np.asarray(errors).ravel())
-    return float(flat[:len(flat) - math.ceil(WORST_SHARE * len(flat))].mean())
+    return float(flat[:len(flat) - math.ceil(share * len(flat))].mean())
+
+
+def relative_variances(pictures):
+    """Variance of each pixel between renders, relative to the square of its mean luminance; dark
+    pixels to a hundredth of the image's."""
+    stack = np.asarray(pictures, dtype=np.float64)
+    mean = stack.mean(axis=0).mean(axis=-1)
+    return stack.var(axis=0, ddof=1).mean(axis=-1) / (mean ** 2 + (0.01 * mean.mean()) ** 2)
 
 
 def difference(a, b):

@@ -4,6 +4,7 @@ alternating.
 
 usage: tests/bench/run --peers [--short] [--scenes NAME,...] [--engines NAME,...]
                                [--scene FILE [--environment HDR]]...
+                               [--maps HDR,...]
 
 Prints a table for each scene and one for all, and writes results.json and peers.svg into
 build/peers (or --out). Engines are installed into build/peers on first use, in pinned versions;
@@ -33,7 +34,9 @@ Method
 Depth is 8 scattering events, the filter a box; roulette, samplers and light sampling are each
 engine's defaults, except that LuxCore's BIDIRCPU has no roulette, which would brighten its images.
 Its depth limits each of the two subpaths, so it needs a depth that loses little light, as
---depth 24. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
+--depth 24. With --maps, each --scene is rendered under each map, and V is the variance between the
+repetitions, relative to the pixel's squared mean, without the worst 1 % of the pixels: for files
+that engines understand differently, and with light that few paths find. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
 reductions are off.
 """
 
@@ -87,6 +90,8 @@ def arguments(words):
         metavar="HDR",
         help="lights the --scene before it",
     )
+    parser.add_argument("--maps", type=names, metavar="HDR,...",
+                        help="each --scene under each of these, by variances alone")
     parser.add_argument("--scenes", type=names, help="of the benchmark's own; --list names them")
     parser.add_argument("--engines", type=names, help="those whose names begin so")
     parser.add_argument("--list", action="store_true", help="names scenes and engines")
@@ -115,6 +120,8 @@ def arguments(words):
         parser.error(
             "--reference: at least 2 renders, of which the noise is known, and their samples"
         )
+    if options.maps and (not options.scene or options.repeats < 2):
+        parser.error("--maps: light each --scene, at least twice")
     options.tessera, options.out = os.path.abspath(options.tessera), os.path.abspath(options.out)
     return options
 
@@ -214,6 +221,34 @@ class Contest:
         self.evaluate(references, runs)
         return self
 
+    def run_variances(self):
+        """Prints a line for each peer; returns Tessera's efficiencies over theirs."""
+        import measures
+        count = self.options.samples[-1]
+        runs = {name: [] for name in self.workers}
+        self.alternate(range(self.options.repeats), lambda name, i: runs[name].append(
+            self.render(name, count, 2 + i)))
+        all_efficiencies = {}
+        brightness = {}
+        for name in self.workers:
+            pictures = [picture for picture, _ in runs[name]]
+            cpu_seconds = sum(cost["cpu"] for _, cost in runs[name]) / len(pictures)
+            errors = measures.relative_variances(pictures)
+            all_efficiencies[name] = [measures.efficiency(v, cpu_seconds, self.options.threads)
+                                      for v in (measures.without_worst(errors, 0.01),
+                                                measures.relative_mse(errors))]
+            brightness[name] = sum(picture.mean() for picture in pictures)
+        ours = all_efficiencies.pop("tessera", None)
+        if ours is None:
+            return {}
+        out = {name: [a / b for a, b in zip(ours, theirs, strict=True)]
+               for name, theirs in all_efficiencies.items()}
+        for name, (trimmed, whole) in out.items():
+            bright = brightness[name] / brightness["tessera"]
+            print(f"{self.case.name:45}{name:20}Tessera/peer {trimmed:7.2f}   with all pixels "
+                  f"{whole:7.2f}   bright {bright:.3f}", flush=True)
+        return out
+
     def evaluate(self, references, runs):
         import measures
         names = [name for name in self.results if name in runs]
@@ -249,6 +284,25 @@ class Contest:
 def is_quiet():
     """Returns whether other processes use at most a tenth of a core."""
     return os.getloadavg()[0] < 0.1 * (os.cpu_count() or 1)
+
+
+def compare_variances(cases, kinds, options):
+    import tempfile
+    import scenes
+    found = []
+    for case in cases:
+        for environment in options.maps:
+            stem = os.path.splitext(os.path.basename(environment))[0]
+            lit = scenes.Case(f"{case.name}, {stem}", case.scene, os.path.abspath(environment))
+            with tempfile.TemporaryDirectory() as scratch:
+                contest = Contest(lit, kinds, options, scratch)
+                try:
+                    found += (ratios[0] for ratios in contest.run_variances().values())
+                finally:
+                    contest.close()
+    print(f"{len(found)} comparisons: Tessera ahead in {sum(r > 1 for r in found)}, twice in "
+          f"{sum(r >= 2 for r in found)}")
+    return 0
 
 
 def main(words):
@@ -288,6 +342,8 @@ def main(words):
     for path, environment in options.scene or ():
         name = os.path.splitext(os.path.basename(path))[0]
         cases.append(scenes.Case(name, scenes.packed(path, folder, width / height), environment))
+    if options.maps:
+        return compare_variances(cases, kinds, options)
     document = {
         "machine": machine,
         "size": options.size,

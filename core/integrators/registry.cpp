@@ -45,6 +45,7 @@ constexpr std::array kIntegrators = {
                     "/estimator/control_variate", "/estimator/expected_values", "/sampler/type",
                     "/sampler/replicates", "/light_sampler", "/adaptive", "/medium", "/spectral",
                     "/shutter_seconds", kThroughGlass},
+        .in_lanes = true,
         .shares = true,
         .set_defaults =
             [](RenderSettings& settings) {
@@ -69,9 +70,10 @@ constexpr std::array kIntegrators = {
         .summary = "Emitted and direct light only: the path tracer's image at max_depth 1.",
         .bias = "none",
         .error = ErrorValidity::kValid,
-        .make = MADE_BY(make_direct),
+        .make = MADE_BY(make_path_tracer),
         .accepts = {"/sampler/type", "/sampler/replicates", "/adaptive", "/spectral",
                     "/shutter_seconds", kThroughGlass},
+        .in_lanes = true,
         .set_defaults = [](RenderSettings& settings) { settings.max_depth = 1; }},
     IntegratorEntry{
         .name = "light-trace",

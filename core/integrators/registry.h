@@ -39,6 +39,7 @@ struct IntegratorEntry {
   /// The integrator_options() that it honours; it refuses non-default values of all others. With
   /// "/medium", also scenes with media that scatter.
   Options accepts;
+  bool in_lanes = false;    ///< traced by the loop of core/wave where that knows the job
   bool splats = false;      ///< light paths add to any pixel, so errors of pixels are correlated
   bool disperses = true;    ///< false: scenes with dispersion are refused
   bool shares = false;      ///< records shares of the image's light as separate layers

@@ -1,5 +1,6 @@
 #include "core/wave/wave_tracer.h"
 
+#include "core/integrators/registry.h"
 #include "core/settings/choices.h"
 #include "core/wave/lane_fog.h"
 #include "core/wave/lane_shadows.h"
@@ -671,7 +672,8 @@ std::unique_ptr<const WaveTracer> make_tracer(const IntegratorInput& input, int 
 bool waves_serve(std::string_view isa) noexcept { return isa.starts_with("avx") || isa == "neon"; }
 
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width) {
-  if (input.settings.integrator != "path" || !has_default_estimators(input.settings) ||
+  const IntegratorEntry* row = find_integrator(input.settings.integrator);
+  if (row == nullptr || !row->in_lanes || !has_default_estimators(input.settings) ||
       (input.settings.fog && !is_fog_for_lanes(input)) || !input.scene.accel->has_packets() ||
       (input.camera != nullptr && input.camera->is_in_solids())) {
     return nullptr;

@@ -8,10 +8,10 @@
 
 namespace core {
 
-/// Returns null for jobs that require scalar tracing: another integrator than "path", estimators
-/// other than the defaults with any number of light candidates, a camera in a solid, or an Embree
-/// without packets; fog whose density falls, or with light samples along segments, light
-/// candidates or wavelengths. width: lanes, 8, or 1 for tests.
+/// Returns null for jobs that require scalar tracing: integrators whose row does not say
+/// `in_lanes`, estimators other than the defaults with any number of light candidates, a camera in
+/// a solid, or an Embree without packets; fog whose density falls, or with light samples along
+/// segments, light candidates or wavelengths. width: lanes, 8, or 1 for tests.
 std::unique_ptr<const WaveTracer> make_wave_tracer(const IntegratorInput& input, int width = 8);
 
 /// Returns whether waves run when Embree is limited to `isa` (resolve_isa()): where

@@ -604,7 +604,7 @@ TEST(Waves, SupportOnlyDefaultOptions) {
   view.settings.light_sampler = core::LightSamplerType::kRestir;
   EXPECT_FALSE(serves());
   view.settings.light_sampler = core::LightSamplerType::kTree;
-  view.settings.integrator = "direct";
+  view.settings.integrator = "bdpt";
   EXPECT_FALSE(serves());
 }
 

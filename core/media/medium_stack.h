@@ -28,6 +28,7 @@ struct Solid {
   SolidKind kind = SolidKind::kClosed;
   bool is_inside_out = false;  ///< closed, but its triangles face inwards, outside other solids
   std::uint32_t rank = 0;      ///< shared space belongs to the highest
+  bool shares_space = false;   ///< may touch or overlap others
   Bounds box;                  ///< world, at all times
 };
 

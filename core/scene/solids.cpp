@@ -70,22 +70,26 @@ void set_ranks(std::vector<Solid>& solids) {
   }
 }
 
-/// Returns whether any two solids share space or touch, by their boxes.
-bool share_space(const std::vector<Solid>& solids) {
-  std::vector<Bounds> boxes;
-  for (const Solid& solid : solids) {
-    boxes.push_back(with_margin(solid.box));
+/// Sets Solid::shares_space by the boxes.
+void find_shared_space(std::vector<Solid>& solids) {
+  struct Placed {
+    Bounds box;
+    Solid* solid;
+  };
+  std::vector<Placed> placed;
+  for (Solid& solid : solids) {
+    placed.push_back({with_margin(solid.box), &solid});
   }
-  std::sort(boxes.begin(), boxes.end(),
-            [](const Bounds& a, const Bounds& b) { return a.min.x < b.min.x; });
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    for (std::size_t j = i + 1; j < boxes.size() && boxes[j].min.x <= boxes[i].max.x; ++j) {
-      if (overlap(boxes[i], boxes[j])) {
-        return true;
+  std::sort(placed.begin(), placed.end(),
+            [](const Placed& a, const Placed& b) { return a.box.min.x < b.box.min.x; });
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const Placed& a = placed[i];
+    for (std::size_t j = i + 1; j < placed.size() && placed[j].box.min.x <= a.box.max.x; ++j) {
+      if (overlap(placed[j].box, a.box)) {
+        a.solid->shares_space = placed[j].solid->shares_space = true;
       }
     }
   }
-  return false;
 }
 
 /// Joins open surfaces of one material: they are parts of one solid, as the two faces of a slab.
@@ -151,8 +155,9 @@ class SolidFinder {
       }
     }
     set_ranks(scene_.solids);
-    scene_.has_shared_space = share_space(scene_.solids);
+    find_shared_space(scene_.solids);
     for (const Solid& solid : scene_.solids) {
+      scene_.has_shared_space = scene_.has_shared_space || solid.shares_space;
       scene_.has_open_solids = scene_.has_open_solids || solid.kind == SolidKind::kOpen;
     }
   }

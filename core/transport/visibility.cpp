@@ -184,9 +184,9 @@ Visibility visibility(const SceneData& scene, PathState& path, const Ray& toward
     const Solid* solid = scene.solid_of(hit);
     const Material& material = scene.materials[scene.meshes[scene.placed_mesh(hit).mesh].material];
     const bool is_clear =
-        passes_clear && (material.is_clear || (solid != nullptr && scene.has_shared_space));
+        passes_clear && (material.is_clear || (solid != nullptr && solid->shares_space));
     if (solid != nullptr) {
-      if (coverage >= 1 && !is_clear && !scene.has_shared_space) {
+      if (coverage >= 1 && !is_clear && !solid->shares_space) {
         return {};
       }
       shadow.meet_solid(*solid, hit, coverage, is_clear);

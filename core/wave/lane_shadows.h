@@ -184,8 +184,6 @@ void LaneTracer<N, Options>::find_lights(Wave& wave, int depth, std::uint64_t& r
     const unsigned within = scene_.has_volumes ? in_media<8>(shadows.medium, first) : 0;
     if (all_block) {
       occluded = active & scene_.accel->occluded8(packet.rays, active);
-    } else if (scene_.has_shared_space) {
-      alone = active;
     } else {
       packet.met = active & scene_.accel->intersect8(packet.rays, active, packet.hits);
       for (unsigned rest = packet.met; rest != 0; rest &= rest - 1) {

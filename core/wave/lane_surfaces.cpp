@@ -204,7 +204,8 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                        has_layers,
                        is_wall,
                        has_film,
-                       placed.solid});
+                       placed.solid,
+                       is_solid && scene.solids[placed.solid].shares_space});
   }
 }
 

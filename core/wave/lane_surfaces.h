@@ -83,9 +83,10 @@ class LaneSurfaces {
   }
   /// Moves the origins of rays `on` behind their hits, as ray_behind(); returns the distances.
   Floats<8> go_behind(TracedPacket& packet, unsigned on) const;
-  /// Returns whether a hit lets no light through. Pre: solids share no space.
+  /// Returns whether a hit lets no light through, whatever is around it.
   bool blocks(const RawHit& hit, const Ray& ray) const {
-    return !entry_of(hit).is_clear && !(coverage(hit, ray) < 1);
+    const Entry& mesh = entry_of(hit);
+    return !mesh.is_clear && !mesh.shares_space && !(coverage(hit, ray) < 1);
   }
 
  private:
@@ -116,6 +117,7 @@ class LaneSurfaces {
     bool is_wall;       ///< transmits without a solid
     bool has_film;
     std::uint32_t solid;  ///< PlacedMesh::solid
+    bool shares_space;    ///< as of the solid
   };
   /// Addresses of the lanes' triangles and materials, as rows of floats.
   template <std::size_t N>

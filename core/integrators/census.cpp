@@ -56,7 +56,8 @@ struct LightCensus::Particle {
   bool is_held = false;
   float u_tile = 0;
   float u_picture = 0;
-  bool is_caustic = false;  ///< it left the light through smooth surfaces
+  bool is_caustic = false;  ///< it left the light through or off sharp surfaces
+  bool is_rough = false;    ///< one of them was not smooth
   std::uint32_t first_material = 0;
   double in_picture = 0;                      ///< light so far, in units
   std::vector<std::pair<int, double>> tiles;  ///< tile and light so far, in units
@@ -260,16 +261,18 @@ void LightCensus::arrive(const PathState& path, const LightVertex& vertex, Parti
   if (path.scatterings() == 0) {
     particle.first_material = surface.point.material;
   }
-  if (vertex.is_smooth) {
+  if (vertex.is_sharp) {
     particle.is_caustic = path.scatterings() > 0;
+    particle.is_rough = !vertex.is_smooth;
   }
   if (!vertex.from_light.bsdf().has_spread() || !is_finite(vertex.power)) {
     return;
   }
   LightRoute route;
-  route.kind = vertex.is_smooth ? (particle.is_caustic ? LightRoute::kCaustic : LightRoute::kDirect)
+  route.kind = vertex.is_sharp ? (particle.is_caustic ? LightRoute::kCaustic : LightRoute::kDirect)
                : particle.is_caustic ? LightRoute::kAfterCaustic
                                      : LightRoute::kIndirect;
+  route.is_rough = particle.is_rough;
   route.is_punctual = vertex.light.is_delta_position || vertex.light.is_delta_direction;
   each_near(surface.point.position, surface.shading.normal_geometric, [&](const Point& point) {
     if (point.scatterings + path.scatterings() >= settings_.max_depth ||

@@ -43,19 +43,20 @@ struct LightRoute {
   enum Kind : std::uint8_t {
     kDirect,
     kIndirect,
-    kCaustic,      ///< through or off smooth surfaces alone, at least one
+    kCaustic,      ///< through or off sharp surfaces alone, at least one
     kAfterCaustic  ///< began as kCaustic, then scattered at rough surfaces
   };
   Kind kind = kDirect;
   bool is_punctual = false;  ///< from a light that no ray can hit
   bool is_mirrored = false;  ///< the camera sees it through or in smooth surfaces
+  bool is_rough = false;     ///< one of the sharp surfaces is not smooth
 
-  static constexpr int kCount = 16;
+  static constexpr int kCount = 32;
   constexpr int index() const noexcept {
-    return kind * 4 + (is_punctual ? 2 : 0) + (is_mirrored ? 1 : 0);
+    return kind * 8 + (is_rough ? 4 : 0) + (is_punctual ? 2 : 0) + (is_mirrored ? 1 : 0);
   }
   static constexpr LightRoute at(int index) noexcept {
-    return {static_cast<Kind>(index / 4), (index & 2) != 0, (index & 1) != 0};
+    return {static_cast<Kind>(index / 8), (index & 2) != 0, (index & 1) != 0, (index & 4) != 0};
   }
   constexpr bool is_caustic() const noexcept { return kind >= kCaustic; }
 };

@@ -27,6 +27,7 @@ struct LightVertex {
   const SeenSurface& from_light;
   Rgb power;       ///< that arrives
   bool is_smooth;  ///< every scattering so far
+  bool is_sharp;   ///< likewise; smooth ones are
 };
 
 /// Starts `path` at a light and follows it to its end; visit(vertex) at each surface, before it
@@ -37,6 +38,7 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
   const EmissionSample light = start_light_path(scene, path, emission);
   const float first_size = throughput_size(path.beta);
   bool is_smooth = true;
+  bool is_sharp = true;
   PathVertex vertex;
   while (first_size > 0 && path.scatterings() < max_depth &&
          path.null_scatterings <= kNullScatteringMax && reach(scene, path, vertex)) {
@@ -53,7 +55,8 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     if (path.scatterings() == 0) {  // a range ends at the first surface that scatters
       power *= emission.range_factor(light.light, length(vertex.point.position - path.last.origin));
     }
-    const LightVertex met = {light, vertex, at, from_light, power, is_smooth};
+    is_sharp = is_sharp && path.last.is_sharp();
+    const LightVertex met = {light, vertex, at, from_light, power, is_smooth, is_sharp};
     if constexpr (std::is_void_v<decltype(visit(met))>) {
       visit(met);
     } else if (!visit(met)) {

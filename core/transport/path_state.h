@@ -22,12 +22,20 @@ inline constexpr int kNullScatteringMax = 4096;
 /// How much a rough surface widens the ray cone [rad], relative to its GGX width.
 inline constexpr float kConeSpreadOfWidth = 0.1F;
 
+/// Returns whether scattering of this density of direction [1/sr] is about as sharp as a mirror's:
+/// thirty times that of diffuse scattering.
+inline bool is_sharp_density(double pdf_solid_angle) noexcept { return pdf_solid_angle >= 10; }
+
 /// The last scattering event, which MIS needs when the current segment hits an emitter.
 struct LastScattering {
   float pdf_bsdf = 0;       ///< solid-angle density of the direction [1/sr]; 0: camera or delta
   Vec3 origin;              ///< where the segment began, world [m]
   Vec3 light_normal;        ///< as passed to the light sampler there
   float light_samples = 1;  ///< number taken there: the n of the MIS weights
+
+  bool is_sharp() const noexcept {
+    return pdf_bsdf == 0 || is_sharp_density(static_cast<double>(pdf_bsdf));
+  }
 };
 
 struct PathState {

@@ -7,11 +7,13 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <vector>
 
 #include "core/materials/shade.h"
 #include "core/scene/scene_data.h"
 #include "core/wave/lane_bsdf.h"
+#include "core/wave/wave.h"
 
 namespace core {
 
@@ -83,6 +85,20 @@ class LaneSurfaces {
   }
   /// Moves the origins of rays `on` behind their hits, as ray_behind(); returns the distances.
   Floats<8> go_behind(TracedPacket& packet, unsigned on) const;
+  /// Returns whether there are surfaces that transmit().
+  bool may_transmit() const { return has_solids_ || has_walls_; }
+  /// The hits `on`, from `first` on, on boundaries of solids and on thin walls.
+  template <std::size_t N>
+  unsigned transmitting(const WaveHits& hits, std::size_t first, unsigned on) const {
+    unsigned out = 0;
+    for (; on != 0; on &= on - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(on));
+      const Entry& mesh = entry_of({0, hits.instance.at[first + k], hits.geometry.at[first + k],
+                                    hits.primitive.at[first + k]});
+      out |= (mesh.solid != kNoSolid || mesh.is_wall ? 1U : 0U) << k;
+    }
+    return out;
+  }
   /// Returns whether a hit lets no light through, whatever is around it.
   bool blocks(const RawHit& hit, const Ray& ray) const {
     const Entry& mesh = entry_of(hit);

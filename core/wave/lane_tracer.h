@@ -77,6 +77,10 @@ class LaneTracer final : public WaveTracer {
     for (int depth = 0; wave.paths.count > 0 || !wave.waiting.empty(); ++depth) {
       scalar_paths_.take_back(wave, depth);
       find_hits(wave, depth, rays);
+      // Camera paths stay in the order of their slots; in fog, paths without a hit go on.
+      if (depth > 0 && !has_fog()) {
+        close_gaps(wave);
+      }
       const std::size_t end = wave.paths.first + wave.paths.count;
       wave.paths.count = 0;
       for (std::size_t first = std::exchange(wave.paths.first, 0); first < end; first += N) {
@@ -175,6 +179,9 @@ class LaneTracer final : public WaveTracer {
   void end_paths(Wave& wave, std::size_t first, unsigned active, unsigned met, bool has_sky,
                  int depth) const;
   void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
+  void close_gaps(Wave& wave) const;
+  [[gnu::always_inline]] void move(const WaveFront& from, std::size_t first, unsigned taken,
+                                   WaveFront& to) const;
   Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
   /// Russian roulette: the throughput of paths that survive, and which do.

@@ -186,14 +186,18 @@ struct WaveStart {
   PathSampler sampler;  ///< started anew for each sample
 };
 
+/// Paths that advance together.
+struct WaveFront {
+  WavePaths paths;
+  WaveHits hits;
+};
+
 /// The state of a wave; used by one thread.
-class Wave {
+class Wave : public WaveFront {
  public:
   /// Result of the i-th sample of begin().
   PathSample result(std::size_t i) const noexcept;
 
-  WavePaths paths;
-  WaveHits hits;
   WaveShadows shadows;
   WaveResults results;
   std::vector<PathSampler> samplers;
@@ -201,6 +205,7 @@ class Wave {
   std::vector<ReturnedPath> waiting;     ///< empty when the wave has ended
   std::vector<Rgb> shares;               ///< of the light, as radiance; [sample * shares + share]
   std::unique_ptr<WaveCaught> caught;    ///< null without a catcher
+  std::unique_ptr<WaveFront> aside;      ///< null unless surfaces transmit; empty between steps
 };
 
 /// Traces the paths of waves. Immutable and shared by all threads.

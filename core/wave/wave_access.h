@@ -17,6 +17,14 @@ template <std::size_t N>
 Vec3s<N> load(const WaveVec3& from, std::size_t first) {
   return {load<N>(from.x.at + first), load<N>(from.y.at + first), load<N>(from.z.at + first)};
 }
+template <std::size_t N, typename T>
+auto load(const WaveArray<T>& from, std::size_t first) {
+  if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return Hashes<N>::load(from.at + first);
+  } else {
+    return load<N>(from.at + first);
+  }
+}
 template <std::size_t N>
 void store(WaveVec3& to, std::size_t first, Vec3s<N> value) {
   store(to.x.at + first, value.x);

@@ -23,6 +23,9 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     wave.shares.assign((split_count_ == 1 ? due.size() : kWavePaths) * share_count_, {});
   }
   catcher_.begin(wave);
+  if (surfaces_.may_transmit() && wave.aside == nullptr) {
+    wave.aside = std::make_unique_for_overwrite<WaveFront>();
+  }
   if (split_count_ > 1) {
     wave.results.radiance = {};
   }
@@ -132,6 +135,61 @@ void LaneTracer<N, Options>::find_hits(Wave& wave, int depth, std::uint64_t& ray
       const unsigned met = wave.hits.is_hit.at[first / 8];
       end_paths(wave, first, lanes_below(end - first), met, has_sky, depth);
     }
+  }
+}
+
+/// Appends the paths of `taken` from `first` on, and their hits. Within one front, to a place at or
+/// before `first`.
+template <std::size_t N, typename Options>
+[[gnu::always_inline]] inline void LaneTracer<N, Options>::move(const WaveFront& from,
+                                                                std::size_t first, unsigned taken,
+                                                                WaveFront& to) const {
+  const std::size_t at = to.paths.count;
+  for_each_member<Options::has_media>(
+      scene_.has_clear, [&](auto member) __attribute__((always_inline)) {
+        compress(member(to.paths), at, load<N>(member(from.paths), first), taken);
+      });
+  for (const auto member : {&WaveHits::instance, &WaveHits::geometry, &WaveHits::primitive}) {
+    compress(to.hits.*member, at, load<N>(from.hits.*member, first), taken);
+  }
+  if (scene_.has_alpha) {
+    const unsigned holes = from.hits.holes.at[first / 8] >> (first % 8);
+    for (unsigned rest = taken, i = 0; rest != 0; rest &= rest - 1, ++i) {
+      std::uint32_t& bits = to.hits.holes.at[(at + i) / 8];
+      const std::size_t bit = (at + i) % 8;
+      bits = (bits & ~(1U << bit)) | (holes >> std::countr_zero(rest) & 1U) << bit;
+    }
+  }
+  to.paths.count += static_cast<std::size_t>(std::popcount(taken));
+}
+
+/// Removes the paths that have left the scene, and moves those on surfaces that transmit behind the
+/// others: chunks of lanes are full, and do alike work.
+template <std::size_t N, typename Options>
+void LaneTracer<N, Options>::close_gaps(Wave& wave) const {
+  WaveHits& hits = wave.hits;
+  const std::size_t end = std::exchange(wave.paths.count, 0);
+  for (std::size_t first = 0; first < end; first += N) {
+    const unsigned there = lanes_below(end - first) & ((1U << N) - 1);
+    const unsigned met = hits.is_hit.at[first / 8] >> (first % 8) & there;
+    const unsigned apart = wave.aside == nullptr ? 0 : surfaces_.transmitting<N>(hits, first, met);
+    if (apart != 0) {
+      move(wave, first, apart, *wave.aside);
+    }
+    if (met == there && apart == 0 && wave.paths.count == first) {
+      wave.paths.count += static_cast<std::size_t>(std::popcount(met));
+    } else if (met != apart) {
+      move(wave, first, met & ~apart, wave);
+    }
+  }
+  if (wave.aside != nullptr) {
+    const std::size_t count = std::exchange(wave.aside->paths.count, 0);
+    for (std::size_t first = 0; first < count; first += N) {
+      move(*wave.aside, first, lanes_below(count - first) & ((1U << N) - 1), wave);
+    }
+  }
+  for (std::size_t first = 0; first < wave.paths.count; first += 8) {
+    hits.is_hit.at[first / 8] = lanes_below(wave.paths.count - first);
   }
 }
 

@@ -31,11 +31,6 @@ struct PartialSums {
   double merged_before = 0;
 };
 
-/// Subpaths merge where light arrives after a delta scattering or one of at least this density
-/// [1/sr], about thirty times that of diffuse scattering. Connections find all other light, without
-/// bias.
-inline bool is_sharp_density(double pdf_solid_angle) noexcept { return pdf_solid_angle >= 10; }
-
 /// A subpath under construction. The sums are those at its last vertex, before the next segment.
 struct Subpath : PathState {
   PartialSums sums{};
@@ -45,11 +40,9 @@ struct Subpath : PathState {
   /// Colour of PathState::u_wavelength. Both subpaths may disperse light, but it counts once.
   Rgb wavelength_color = {1, 1, 1};
 
-  /// Returns whether the current segment began with a sharp scattering.
-  bool arrives_sharply() const noexcept {
-    const auto pdf = static_cast<double>(last.pdf_bsdf);
-    return bounces() > 0 && (pdf == 0 || is_sharp_density(pdf));
-  }
+  /// Returns whether the current segment began with a sharp scattering. Subpaths merge where light
+  /// arrives so; connections find all other light, without bias.
+  bool arrives_sharply() const noexcept { return bounces() > 0 && last.is_sharp(); }
   /// Returns whether other strategies make the path that meets a light at the end of the current
   /// segment of a camera subpath.
   bool is_shared() const noexcept { return bounces() > 0 && (sums.vcm > 0 || sums.vc > 0); }

@@ -159,25 +159,21 @@ double aim_at_caustics(const IntegratorInput& input, EmissionSampler& emission) 
     sampler.start(0, 1, i);
     PathState path = start_path(sampler, rays);
     AimPoint start;
-    bool is_sharp = true;
     const bool is_first_round = i < kParticles;
     const auto visit = [&](const LightVertex& vertex) {
       if (path.bounces() == 0) {
         start.position = vertex.surface.point.position;
-      } else {
-        const auto pdf = static_cast<double>(path.last.pdf_bsdf);
-        is_sharp = is_sharp && (pdf == 0 || is_sharp_density(pdf));
       }
       const float light = luminance(vertex.power);
       if (vertex.from_light.bsdf().has_spread() && std::isfinite(light) &&
           is_visible(vertex.surface)) {
         all += is_first_round ? static_cast<double>(light) : 0;
-        if (is_sharp && path.bounces() > 0) {
+        if (vertex.is_sharp && path.bounces() > 0) {
           start.weight += light;
           lights[vertex.light.light] += light;
         }
       }
-      return is_sharp || is_first_round;
+      return vertex.is_sharp || is_first_round;
     };
     follow_light_path(input.scene, emission, input.settings.max_depth, path, visit);
     if (start.weight > 0) {

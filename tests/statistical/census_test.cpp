@@ -37,9 +37,10 @@ constexpr float kAlbedo = 0.7F;
 
 /// A horizontal sun of `irradiance`, which a mirror at 45 degrees folds straight down onto a floor;
 /// the camera looks down at the floor from below the mirror.
-core::View folded_sun(float irradiance, const char* integrator = "path") {
+core::View folded_sun(float irradiance, const char* integrator = "path", float roughness = 0) {
   core::MaterialDescription mirror = test_support::mirror();
   mirror.name = "mirror";
+  mirror.roughness = roughness;
   core::SceneDescription scene = test_support::scene_of(
       {test_support::lambert(Rgb(kAlbedo)), mirror},
       {test_support::quad({-0.9F, 0, 0.5F}, {1.8F, 0, 0}, {0, 0, -1}, 0),
@@ -214,8 +215,8 @@ core::LightNotFound judged(const core::View& view, int samples, int particles = 
 }
 
 /// The floor also sees a weak sky, so that pictures without the sun are not black.
-core::View under_sky(const char* integrator) {
-  core::View view = folded_sun(1, integrator);
+core::View under_sky(const char* integrator, float roughness = 0) {
+  core::View view = folded_sun(1, integrator, roughness);
   view.environment = test_support::constant_sky(Rgb(0.05F));
   return view;
 }
@@ -231,6 +232,19 @@ TEST(LightNotFound, IsDetectedWhereAPathCannotHitTheSun) {
       light.reason,
       "The image lacks light of 'sun' by way of 'mirror'; path-caustics, bdpt or sppm finds it.");
   EXPECT_EQ(light.integrators, (std::vector<std::string>{"path-caustics", "bdpt", "sppm"}));
+}
+
+// Paths meet the sun in a narrow lobe by chance alone, whatever the few samples have found.
+TEST(LightNotFound, BoundsLightOffNarrowLobes) {
+  const auto bound = [](float roughness) {
+    const core::View view = under_sky("path", roughness);
+    const double mean = static_cast<double>(test_support::render(view, 8).mean().g);
+    return judged(view, 8).at_most * mean / kFoldedLuminance;
+  };
+  for (const float roughness : {0.03F, 0.05F, 0.1F}) {
+    EXPECT_GT(bound(roughness), 0.9) << roughness;
+  }
+  EXPECT_LT(bound(0.7F), 0.2);  // light samples find this
 }
 
 TEST(LightNotFound, NamesNoIntegratorThatMayNotRenderTheJob) {

@@ -46,7 +46,7 @@ Vec4 PathSampler::other_4d(int group) const noexcept {
   if (chain_ != nullptr) {
     return chain_->at(h);
   }
-  const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
+  const std::uint64_t h2 = second_hash(h);
   switch (type_) {
     case SamplerType::kAntithetic: {
       if (index_ == 0) {

@@ -9,8 +9,8 @@
 #include "core/film/due_sample.h"
 #include "core/film/filter.h"
 #include "core/math/lane_math.h"
+#include "core/samplers/sobol.h"
 #include "core/sampling/distribution_lanes.h"
-#include "core/wave/lane_sampler.h"
 
 namespace core {
 

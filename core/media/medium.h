@@ -21,6 +21,12 @@ struct Medium {
   float g = 0;  ///< mean cosine of the scattering angle
 
   bool scatters() const noexcept { return max_component(sigma_s) > 0; }
+  /// Returns the shares of extinction that are scattering.
+  Rgb albedo() const noexcept {
+    return {sigma_t.r > 0 ? sigma_s.r / sigma_t.r : 0.0F,
+            sigma_t.g > 0 ? sigma_s.g / sigma_t.g : 0.0F,
+            sigma_t.b > 0 ? sigma_s.b / sigma_t.b : 0.0F};
+  }
 };
 
 /// exp(-sigma_t * depth_m): the Beer-Lambert law.
@@ -71,7 +77,7 @@ struct MediumDepth {
 /// Returns the probabilities of selecting each channel, from the path's throughput.
 template <typename C>
 C channel_probs(C beta) noexcept {
-  const C size = each_channel(beta, [](auto b) { return abs(b); });
+  const C size = magnitudes(beta);
   const auto sum = sum_of(size);
   using F = std::remove_const_t<decltype(sum)>;
   return select(sum > 0, size * (1 / sum), color_of<F>(Rgb(1.0F / 3)));

@@ -71,7 +71,7 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     }
     is_smooth = is_smooth && (next.is_delta || next.is_null);
     scatter(scene, path, vertex, next, TransportMode::kImportance);
-    if (!survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+    if (!survives_roulette(path.beta, path.sampler.get_4d(vertex_group(depth)).z,
                            throughput_size(path.beta) / first_size)) {
       return;
     }

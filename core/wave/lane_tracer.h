@@ -185,13 +185,12 @@ class LaneTracer final : public WaveTracer {
   /// eta_scale: as in PathState; null: 1.
   [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u,
                                                         const Floats<N>* eta_scale = nullptr) {
-    Floats<N> size = max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z)));
+    Floats<N> size = throughput_size(beta);
     if (eta_scale != nullptr) {
       size = size * *eta_scale;
     }
-    const Floats<N> survive = continuation_probability(size, pdf);
-    const Mask<N> faint = survive < Floats<N>(1);
-    return {select(faint, beta * (Floats<N>(1) / survive), beta), ~(faint & (u >= survive))};
+    const Mask<N> survives = survives_roulette(beta, u, continuation_probability(size, pdf));
+    return {beta, survives};
   }
   [[gnu::always_inline]] void add_paths(WavePaths& paths, const PathLanes<N>& next,
                                         unsigned taken) const {

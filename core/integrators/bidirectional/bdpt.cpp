@@ -186,8 +186,9 @@ void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& stra
     if (!weights_.connects() && path.bounces() > 0 && !path.arrives_sharply()) {
       return;
     }
-    if (!strategies.only && !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
-                                               throughput_size(path.beta) / first_size)) {
+    if (!strategies.only &&
+        !survives_roulette(path.beta, path.sampler.get_4d(vertex_group(depth)).z,
+                           throughput_size(path.beta) / first_size)) {
       return;
     }
   }
@@ -508,7 +509,8 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
       return;
     }
     if (!strategies.only &&
-        !survives_roulette(path, path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
+        !survives_roulette(path.beta,
+                           path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
                            continuation_probability(path))) {
       return;
     }

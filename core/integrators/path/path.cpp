@@ -218,8 +218,7 @@ PathLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& 
   PathLight taken;
   if (!reservoir.empty()) {
     taken = reservoir.item();
-    taken.scale *=
-        static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
+    taken.scale *= reservoir.scale(count);
   }
   taken.control = control;
   return taken;
@@ -320,7 +319,7 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
       if (path.u_roulette < 0) {
         path.u_roulette = path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w;
       }
-      if (!survives_roulette(path, path.u_roulette, survive)) {
+      if (!survives_roulette(path.beta, path.u_roulette, survive)) {
         return false;
       }
     }

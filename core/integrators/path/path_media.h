@@ -94,7 +94,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const MediumSample& s
   if (options_.roulette == RouletteType::kNone) {
     return true;
   }
-  return survives_roulette(path, u_light.w, continuation_probability(path));
+  return survives_roulette(path.beta, u_light.w, continuation_probability(path));
 }
 
 template <typename Options>

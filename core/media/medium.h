@@ -21,11 +21,10 @@ struct Medium {
   float g = 0;  ///< mean cosine of the scattering angle
 
   bool scatters() const noexcept { return max_component(sigma_s) > 0; }
-  /// Returns the shares of extinction that are scattering.
+  /// Returns scattering over extinction.
   Rgb albedo() const noexcept {
-    return {sigma_t.r > 0 ? sigma_s.r / sigma_t.r : 0.0F,
-            sigma_t.g > 0 ? sigma_s.g / sigma_t.g : 0.0F,
-            sigma_t.b > 0 ? sigma_s.b / sigma_t.b : 0.0F};
+    const auto over = [](float s, float t) { return t > 0 ? s / t : 0.0F; };
+    return {over(sigma_s.r, sigma_t.r), over(sigma_s.g, sigma_t.g), over(sigma_s.b, sigma_t.b)};
   }
 };
 

@@ -86,8 +86,9 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
 }
 
 void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept {
+  const Medium& medium = *sample.scatterer;
   out.hit = true;
-  out.albedo = sample.scatterer->albedo();
+  out.albedo = medium.albedo();
   out.normal_world = -direction;
   out.depth_m = sample.distance_m;
 }

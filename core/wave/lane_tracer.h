@@ -177,21 +177,6 @@ class LaneTracer final : public WaveTracer {
   void find_lights(Wave& wave, int depth, std::uint64_t& rays) const;
   Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
-  /// Russian roulette: the throughput of paths that survive, and which do.
-  struct Roulette {
-    Vec3s<N> beta;
-    Mask<N> survives;
-  };
-  /// eta_scale: as in PathState; null: 1.
-  [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u,
-                                                        const Floats<N>* eta_scale = nullptr) {
-    Floats<N> size = throughput_size(beta);
-    if (eta_scale != nullptr) {
-      size = size * *eta_scale;
-    }
-    const Mask<N> survives = survives_roulette(beta, u, continuation_probability(size, pdf));
-    return {beta, survives};
-  }
   [[gnu::always_inline]] void add_paths(WavePaths& paths, const PathLanes<N>& next,
                                         unsigned taken) const {
     const std::size_t to = paths.count;

@@ -33,7 +33,7 @@ constexpr std::uint32_t high_word(std::uint64_t h) noexcept {
   return static_cast<std::uint32_t>(h >> 32);
 }
 
-/// Maps 24 bits of std::uint32_t or Words<N> to [0,1).
+/// Maps the upper 24 bits of a std::uint32_t or Words<N> to [0,1).
 template <typename W>
 constexpr auto to_unit_float(W bits) noexcept {
   return to_floats(bits >> 8) * 0x1p-24F;

@@ -1,6 +1,7 @@
 // Samplers other than independent and sobol: out of line, to keep the loops of those small.
 #include "core/samplers/path_sampler.h"
 
+#include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/point_sets.h"
 #include "core/samplers/zsobol.h"

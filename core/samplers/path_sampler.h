@@ -25,7 +25,6 @@
 #include <cstdint>
 
 #include "core/math/vec.h"
-#include "core/samplers/dimensions.h"
 #include "core/samplers/hash.h"
 #include "core/samplers/primary_numbers.h"
 #include "core/samplers/sobol.h"

@@ -97,6 +97,7 @@ inline Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noe
   const Floats<4> u = scrambled(sobol_reversed(shuffled), Words<4>::repeat(sobol_seeds(h, h2)));
   return {u.v[0], u.v[1], u.v[2], u.v[3]};
 }
+/// Those of N paths, from indices with reversed bits.
 template <std::size_t N>
 Vec4s<N> sobol_4d_reversed(Words<N> index_reversed, Hashes<N> h, Hashes<N> h2) {
   alignas(32) std::uint32_t shuffled[N];
@@ -113,7 +114,7 @@ Vec4s<N> sobol_4d_reversed(Words<N> index_reversed, Hashes<N> h, Hashes<N> h2) {
   const auto number = [&](std::size_t d) { return scrambled(words_of(columns[d]), seeds[d]); };
   return {number(0), number(1), number(2), number(3)};
 }
-/// Computes only its first two dimensions, without the table.
+/// Computes only their first two dimensions, without the table.
 template <std::size_t N>
 [[gnu::always_inline]] inline Vec4s<N> sobol_2d_reversed(Words<N> index_reversed, Hashes<N> h) {
   const Words<N> index = reverse_bits(scramble_reversed(index_reversed, low_word(h)));

@@ -8,6 +8,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
 #include "core/transport/path_state.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 

@@ -4,6 +4,7 @@
 
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/transport/roulette.h"
 
 namespace core {
 

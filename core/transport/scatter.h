@@ -4,7 +4,6 @@
 #include "core/materials/adjoint_bsdf.h"
 #include "core/scene/scene_data.h"
 #include "core/transport/path_state.h"
-#include "core/transport/roulette.h"
 #include "core/transport/vertex.h"
 
 namespace core {

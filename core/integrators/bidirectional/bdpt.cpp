@@ -12,6 +12,7 @@
 #include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 

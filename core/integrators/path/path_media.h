@@ -9,6 +9,7 @@
 #include "core/sampling/equiangular.h"
 #include "core/transport/intersect.h"
 #include "core/transport/medium_sample.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 

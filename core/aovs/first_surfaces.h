@@ -41,7 +41,7 @@ using FindTree =
     std::function<Result<std::shared_ptr<const MeshTree>>(const PrimitiveDescription&)>;
 
 /// Returns the nearest triangle under the centre of each pixel, row by row. Holes by alpha count as
-/// there. Pre: camera.pinhole(). Errors: of find; kCancelled.
+/// there. Pre: camera.is_pinhole(). Errors: of find; kCancelled.
 Result<std::vector<FirstSurface>> first_surfaces(const SceneDescription& scene,
                                                  const Camera& camera, int width, int height,
                                                  const FindTree& find, const std::stop_token& stop);

@@ -168,15 +168,9 @@ void Camera::set_planes(const CameraDescription& file, const Bounds& bounds) noe
   depth_m_ = file.far_m < farthest ? file.far_m - near_m_ : Ray{}.t_max;
 }
 
-/// x to the right and y up, in the unit of half_width_.
-Vec2 Camera::plane_position(Vec2 film_px) const noexcept {
-  return {(2 * film_px.x / width_px_ - 1) * half_width_ + middle_.x,
-          (1 - 2 * film_px.y / height_px_) * half_height_ + middle_.y};
-}
-
 /// Returns the direction, of any length, that the middle of the lens sees at this position.
 Vec3 Camera::toward(Vec2 film_px) const noexcept {
-  const Vec2 at = plane_position(film_px);
+  const Vec2 at = plane_position(film_px.x, film_px.y);
   if (type_ == CameraType::kPanorama) {
     return (forward_ * std::cos(at.x) + right_ * std::sin(at.x)) * std::cos(at.y) +
            up_ * std::sin(at.y);
@@ -187,8 +181,8 @@ Vec3 Camera::toward(Vec2 film_px) const noexcept {
     };
     Distortion::Unprojected found = seen(at);
     if (!found.is_shown) {  // beyond the film, where filters reach: as at its border
-      found = seen(plane_position(
-          {std::clamp(film_px.x, 0.0F, width_px_), std::clamp(film_px.y, 0.0F, height_px_)}));
+      found = seen(plane_position(std::clamp(film_px.x, 0.0F, width_px_),
+                                  std::clamp(film_px.y, 0.0F, height_px_)));
     }
     const Vec3 d = found.direction.rounded();
     return forward_ * d.z + right_ * d.x - up_ * d.y;
@@ -200,15 +194,23 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
   CameraRay out;
   out.film_px = film_px;
   out.start = start_.get();
+  if (is_pinhole()) {
+    const PinholeRay<float> seen = pinhole_ray(film_px.x, film_px.y);
+    out.ray = {seen.origin, seen.direction, 0, seen.t_max};
+    out.start_m = seen.start_m;
+    out.spread_rad = seen.spread_rad;
+    out.width_m = seen.width_m;
+    return out;
+  }
   if (is_orthographic()) {
-    const Vec2 at = plane_position(film_px);
+    const Vec2 at = plane_position(film_px.x, film_px.y);
     out.ray.origin = eye_ + right_ * at.x + up_ * at.y;
     out.ray.direction = forward_;
-    out.width_m = 2 * half_height_ / height_px_;
+    out.width_m = pixel_height();
   } else {
     out.ray.origin = eye_;
     out.ray.direction = normalize(toward(film_px));
-    out.spread_rad = 2 * half_height_ / height_px_;
+    out.spread_rad = pixel_height();
   }
   if (is_sphere()) {
     return out;
@@ -228,15 +230,6 @@ Camera::CameraRay Camera::ray(Vec2 film_px, Vec2 lens) const noexcept {
     out.width_m += out.spread_rad * out.start_m;
   }
   return out;
-}
-
-std::optional<Camera::Pinhole> Camera::pinhole() const noexcept {
-  if (is_sphere() || is_orthographic() || distortion_ || aperture_radius_m_ > 0) {
-    return std::nullopt;
-  }
-  return Pinhole{eye_,         right_,  up_,       forward_,   half_width_,
-                 half_height_, middle_, width_px_, height_px_, 2 * half_height_ / height_px_,
-                 near_m_,      depth_m_};
 }
 
 /// x to the right and y up, in the unit of half_width_.

@@ -29,6 +29,7 @@
 #include "core/camera/distortion.h"
 #include "core/description/scene_description.h"
 #include "core/math/bounds.h"
+#include "core/math/generic.h"
 #include "core/math/vec.h"
 #include "core/media/medium_stack.h"
 #include "core/settings/settings.h"
@@ -60,19 +61,32 @@ class Camera {
   void start_in(std::shared_ptr<const StartMedia> start) noexcept { start_ = std::move(start); }
   bool is_in_solids() const noexcept { return start_ != nullptr; }
 
-  /// A camera without a lens or distortion whose rays start at one point. The ray of film_px has
-  /// direction forward + right * x + up * y.
-  struct Pinhole {
-    Vec3 eye, right, up, forward;
-    float half_width = 1, half_height = 1;  ///< of the film at distance 1
-    Vec2 middle{};                          ///< of the film there
-    float width_px = 1, height_px = 1;
-    float spread_rad = 0;
-    float near_m = 0;             ///< of the near plane along forward
-    float depth_m = Ray{}.t_max;  ///< from there to the far plane
+  /// Returns whether rays start at one point and have no distortion.
+  bool is_pinhole() const noexcept {
+    return !is_sphere() && !is_orthographic() && !is_distorted() && !(aperture_radius_m_ > 0);
+  }
+  /// As in CameraRay, of one film position or of lanes.
+  template <typename F>
+  struct PinholeRay {
+    Vec3Of<F> origin, direction;
+    F start_m, spread_rad, width_m, t_max;
   };
-  /// Returns empty for other cameras.
-  std::optional<Pinhole> pinhole() const noexcept;
+  /// Returns ray(). Pre: is_pinhole().
+  template <typename F>
+  PinholeRay<F> pinhole_ray(F x_px, F y_px) const noexcept {
+    using V = Vec3Of<F>;
+    const auto [x, y] = plane_position(x_px, y_px);
+    const V d = V(forward_) + V(right_) * x + V(up_) * y;
+    const F secant = length(d);
+    const F start_m = secant * near_m_;
+    const F spread_rad(pixel_height());
+    return {V(eye_) + d * F(near_m_),
+            d * (1 / secant),
+            start_m,
+            spread_rad,
+            spread_rad * start_m,
+            min(secant * depth_m_, F(Ray{}.t_max))};
+  }
 
   /// The densities of ray() for one ray per pixel, anywhere on the film; their product is we * cos.
   /// A pinhole has no area, so its position has probability 1 (pdf_area 1). An orthographic camera
@@ -121,7 +135,14 @@ class Camera {
  private:
   bool is_sphere() const noexcept { return type_ == CameraType::kPanorama || is_fisheye(); }
   Vec3 toward(Vec2 film_px) const noexcept;
-  Vec2 plane_position(Vec2 film_px) const noexcept;
+  /// x to the right and y up, in the unit of half_width_.
+  template <typename F>
+  Vec2Of<F> plane_position(F x_px, F y_px) const noexcept {
+    return {((x_px + x_px) / width_px_ - 1) * half_width_ + middle_.x,
+            (1 - (y_px + y_px) / height_px_) * half_height_ + middle_.y};
+  }
+  /// In the unit of half_height_.
+  float pixel_height() const noexcept { return 2 * half_height_ / height_px_; }
   ImportanceSample seen_without_planes(Vec3 point, Vec2 lens) const noexcept;
   /// Sets position and axes. file: null if no camera of the scene is chosen. Errors: of create().
   Status place(const CameraSettings& settings, const CameraDescription* file, const Bounds& bounds);

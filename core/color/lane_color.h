@@ -69,5 +69,9 @@ template <std::size_t N, typename Function>
 Vec3s<N> each_channel(Vec3s<N> c, Function&& f) {
   return {f(c.x), f(c.y), f(c.z)};
 }
+template <typename C>
+C magnitudes(C c) noexcept {
+  return each_channel(c, [](auto x) { return abs(x); });
+}
 
 }  // namespace core

@@ -58,19 +58,13 @@ float FilterSampler::evaluate(float x) const noexcept {
   return 0;
 }
 
-Vec2 FilterSampler::axis(float u) const noexcept {
-  if (settings_.type == FilterType::kBox) {
-    return {(2 * u - 1) * settings_.radius_px, 1};
-  }
-  const auto s = table_.sample(u);
-  const float x = (2 * s.x - 1) * settings_.radius_px;
-  return {x, settings_.type == FilterType::kMitchell && evaluate(x) < 0 ? -1.0F : 1.0F};
-}
-
 FilterSampler::Offset FilterSampler::sample(Vec2 u) const noexcept {
-  const Vec2 x = axis(u.x);
-  const Vec2 y = axis(u.y);
-  return {{x.x, y.x}, x.y * y.y * scale_ * scale_};
+  const Vec2 at = {offset_px(u.x), offset_px(u.y)};
+  if (is_positive()) {
+    return {at, 1};
+  }
+  const auto sign = [this](float x) { return evaluate(x) < 0 ? -1.0F : 1.0F; };
+  return {at, sign(at.x) * sign(at.y) * scale_ * scale_};
 }
 
 }  // namespace core

@@ -4,6 +4,7 @@
 
 #include "core/math/vec.h"
 #include "core/sampling/distribution.h"
+#include "core/sampling/distribution_lanes.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -17,12 +18,14 @@ class FilterSampler {
     float weight = 1;  ///< +c or -c for a constant c; 1 if the filter has no negative lobes
   };
   Offset sample(Vec2 u) const noexcept;
-  /// If true, offsets are (2 u - 1) * radius_px() and weights are 1.
-  bool is_box() const noexcept { return settings_.type == FilterType::kBox; }
-  /// If true, the filter is nowhere negative: offsets are (2 x - 1) * radius_px() with x drawn from
-  /// table(), and weights are 1.
+  /// If true, the filter is nowhere negative: weights are 1.
   bool is_positive() const noexcept { return settings_.type != FilterType::kMitchell; }
-  DistributionTable table() const noexcept { return table_.table(); }
+  /// Returns the offset along one axis, of one sample or of lanes.
+  template <typename F>
+  F offset_px(F u) const noexcept {
+    const F at = settings_.type == FilterType::kBox ? u : position_in(table_.table(), u);
+    return (at + at - 1) * radius_px();
+  }
   /// Returns the unnormalised filter of one axis; x in pixels.
   float evaluate(float x) const noexcept;
   /// Returns evaluate(x) over its integral [1/px]: the weight of light at x in the pixel at 0.
@@ -30,8 +33,6 @@ class FilterSampler {
   float radius_px() const noexcept { return settings_.radius_px; }
 
  private:
-  Vec2 axis(float u) const noexcept;  ///< x: offset, y: sign
-
   FilterSettings settings_;
   Distribution1D table_;  ///< of |f| over [-radius, radius]
   float integral_px_ = 1;

@@ -10,6 +10,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/settings/choices.h"
 #include "core/transport/intersect.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 

@@ -54,7 +54,7 @@ double continuations(const Trial& trial, const Walk& walk, double albedo) {
     case kRenderer: {
       const auto left = static_cast<float>(walk.throughput * albedo);
       const float lambert = 0.25F;  // a density of directions [1/sr]
-      return std::min(1.0F, continuation_probability<1>(Floats<1>(left), Floats<1>(lambert)).v[0]);
+      return std::min(1.0F, continuation_probability(left, lambert));
     }
     case kCutOff:
       return walk.surfaces < kCutOffAfter ? 1 : 0;

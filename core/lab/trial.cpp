@@ -78,7 +78,7 @@ bool Trial::start_at(std::int64_t x, std::int64_t i) noexcept {
 
 Vec4 Trial::whole_set_4d(int group) const noexcept {
   const std::uint64_t h = hash_combine(key_, static_cast<std::uint64_t>(group));
-  const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
+  const std::uint64_t h2 = second_hash(h);
   const auto size = static_cast<std::uint32_t>(set_);
   const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(set_))));
   switch (setup_.sampler) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "core/math/lane_math.h"
 #include "core/math/numbers.h"
@@ -81,6 +82,7 @@ Floats<N> log(Floats<N> x) {
 inline float pow(float x, float power) noexcept { return std::pow(x, power); }
 inline int truncated(float x) noexcept { return static_cast<int>(x); }
 inline float to_floats(int x) noexcept { return static_cast<float>(x); }
+constexpr float to_floats(std::uint32_t x) noexcept { return static_cast<float>(x); }
 
 inline float gather(const float* p, int index) noexcept { return p[index]; }
 

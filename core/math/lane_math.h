@@ -37,6 +37,10 @@ template <std::size_t N>
 struct Vec2s {
   Floats<N> x, y;
 };
+template <std::size_t N>
+struct Vec4s {
+  Floats<N> x, y, z, w;
+};
 
 template <std::size_t N>
 Floats<N> dot(Vec3s<N> a, Vec3s<N> b) {

@@ -5,6 +5,8 @@
 /// on others.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -75,6 +77,13 @@ struct Words {
   Words() = default;
   Words(Raw raw) : v(raw) {}
   Words(std::uint32_t x) : v(x - Raw{}) {}
+  static Words repeat(std::array<std::uint32_t, 4> four) {
+    Words out;
+    for (std::size_t k = 0; k < N; ++k) {
+      out.v[k] = four[k % 4];
+    }
+    return out;
+  }
   friend Words operator^(Words a, Words b) { return a.v ^ b.v; }
   friend Words operator&(Words a, Words b) { return a.v & b.v; }
   friend Words operator|(Words a, Words b) { return a.v | b.v; }
@@ -82,6 +91,55 @@ struct Words {
   friend Words operator*(Words a, Words b) { return a.v * b.v; }
   friend Words operator>>(Words a, int by) { return a.v >> by; }
   friend Words operator<<(Words a, int by) { return a.v << by; }
+};
+
+/// N unsigned integers of 64 bits, in groups of four for AVX2 registers.
+template <std::size_t N>
+struct Hashes {
+  typedef std::uint64_t Half __attribute__((vector_size(N == 8 ? 32 : 8)));
+  static constexpr std::size_t kHalves = N == 8 ? 2 : 1;
+  Half half[kHalves];
+
+  static Hashes load(const std::uint64_t* p) {
+    Hashes out;
+    std::memcpy(&out, p, sizeof(out));
+    return out;
+  }
+  friend Hashes operator^(Hashes a, Hashes b) {
+    return each([&](std::size_t k) { return a.half[k] ^ b.half[k]; });
+  }
+  friend Hashes operator+(Hashes a, std::uint64_t b) {
+    return each([&](std::size_t k) { return a.half[k] + b; });
+  }
+  friend Hashes operator*(Hashes a, std::uint64_t b) {
+    return each([&](std::size_t k) { return a.half[k] * b; });
+  }
+  friend Hashes operator>>(Hashes a, int by) {
+    return each([&](std::size_t k) { return a.half[k] >> by; });
+  }
+  friend Words<N> low_word(Hashes h) { return h.template words<0x88, 0>(); }
+  friend Words<N> high_word(Hashes h) { return h.template words<0xdd, 32>(); }
+
+ private:
+  template <typename F>
+  static Hashes each(F&& f) {
+    Hashes out;
+    for (std::size_t k = 0; k < kHalves; ++k) {
+      out.half[k] = f(k);
+    }
+    return out;
+  }
+  template <int kShuffle, int kShift>
+  Words<N> words() const {
+    if constexpr (N == 8) {
+      const __m256 both = _mm256_shuffle_ps(reinterpret_cast<__m256>(half[0]),
+                                            reinterpret_cast<__m256>(half[1]), kShuffle);
+      return reinterpret_cast<typename Words<N>::Raw>(
+          _mm256_permute4x64_epi64(reinterpret_cast<__m256i>(both), 0xd8));
+    } else {
+      return static_cast<std::uint32_t>(half[0][0] >> kShift);
+    }
+  }
 };
 
 template <std::size_t N>
@@ -139,6 +197,19 @@ Floats<N> floats_of(Ints<N> x) {
 template <std::size_t N>
 Floats<N> to_floats(Ints<N> x) {
   return __builtin_convertvector(x.v, typename Floats<N>::Raw);
+}
+template <std::size_t N>
+Ints<N> ints_of(Words<N> x) {
+  return reinterpret_cast<typename Ints<N>::Raw>(x.v);
+}
+/// Pre: x < 2^31.
+template <std::size_t N>
+Floats<N> to_floats(Words<N> x) {
+  return to_floats(ints_of(x));
+}
+template <std::size_t N>
+Words<N> words_of(Ints<N> x) {
+  return reinterpret_cast<typename Words<N>::Raw>(x.v);
 }
 /// Rounds towards zero. Pre: |x| < 2^31.
 template <std::size_t N>
@@ -277,6 +348,14 @@ void compress(std::uint32_t* p, Words<N> x, unsigned taken) {
               taken);
 }
 template <std::size_t N>
+void compress(std::uint64_t* to, Hashes<N> values, unsigned taken) {
+  std::uint64_t all[N];
+  std::memcpy(all, &values, sizeof all);
+  for (; taken != 0; taken &= taken - 1) {
+    *to++ = all[std::countr_zero(taken)];
+  }
+}
+template <std::size_t N>
 void compress(float* p, Floats<N> x, unsigned taken) {
   alignas(32) std::int32_t closed[N];
   compress<N>(closed, bits_of(x), taken);
@@ -301,6 +380,20 @@ Floats<N> gather(const float* p, Ints<N> index) {
 template <std::size_t N>
 Ints<N> gather(const std::int32_t* p, Ints<N> index) {
   return bits_of(gather(reinterpret_cast<const float*>(p), index));
+}
+
+/// Returns the bytes of each four lanes of x that `from` names, from 0 to 15.
+template <std::size_t N>
+Words<N> shuffle_bytes(Words<N> x, Words<N> from) {
+  using Raw = typename Words<N>::Raw;
+  if constexpr (N == 8) {
+    return reinterpret_cast<Raw>(
+        _mm256_shuffle_epi8(reinterpret_cast<__m256i>(x.v), reinterpret_cast<__m256i>(from.v)));
+  } else {
+    static_assert(N == 4);
+    return reinterpret_cast<Raw>(
+        _mm_shuffle_epi8(reinterpret_cast<__m128i>(x.v), reinterpret_cast<__m128i>(from.v)));
+  }
 }
 
 /// Loads four floats per row and transposes them to four vectors of N lanes. Rows need no

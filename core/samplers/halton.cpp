@@ -5,8 +5,8 @@
 
 #include "core/samplers/dimensions.h"
 #include "core/samplers/hash.h"
-#include "core/samplers/path_sampler.h"
 #include "core/samplers/permutation.h"
+#include "core/samplers/sobol.h"
 
 namespace core {
 namespace {
@@ -59,8 +59,7 @@ std::uint32_t halton_base(int d) noexcept { return kBases[static_cast<std::size_
 float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept {
   if (d == 0) {
     // Base 2: the bits reversed and scrambled, as for the first dimension of Sobol's sequence.
-    return to_unit_float(
-        reverse_bits(scramble_reversed(index, static_cast<std::uint32_t>(key >> 32))));
+    return scrambled(index, high_word(key));
   }
   const Base& base = kBases[static_cast<std::size_t>(d)];
   std::uint64_t prefix = key;  // a hash of the digits so far
@@ -70,8 +69,8 @@ float halton_1d(int d, std::uint32_t index, std::uint64_t key) noexcept {
     const std::uint32_t next = quotient(rest, base);
     const std::uint32_t digit = rest - next * base.b;
     const std::uint64_t r = mix_bits(prefix + 0x9e3779b97f4a7c15ULL);
-    const std::uint32_t image = digit * (1 + to_range(static_cast<std::uint32_t>(r), base.b - 1)) +
-                                to_range(static_cast<std::uint32_t>(r >> 32), base.b);
+    const std::uint32_t image =
+        digit * (1 + to_range(low_word(r), base.b - 1)) + to_range(high_word(r), base.b);
     value = value * base.b + (image - quotient(image, base) * base.b);
     prefix = r ^ (std::uint64_t{digit} * 0xd1342543de82ef95ULL);
     rest = next;
@@ -106,8 +105,7 @@ int halton_dimension(int group, int component) noexcept {
 Vec4 halton_4d(int group, std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
   const auto at = [&](int component, std::uint64_t key) {
     const int d = halton_dimension(group, component);
-    return d < 0 ? to_unit_float(static_cast<std::uint32_t>(hash_combine(key, index) >> 32))
-                 : halton_1d(d, index, key);
+    return d < 0 ? to_unit_float(high_word(hash_combine(key, index))) : halton_1d(d, index, key);
   };
   return {at(0, h), at(1, h2), at(2, hash_combine(h, h2)), at(3, hash_combine(h2, h))};
 }

@@ -1,6 +1,7 @@
 // Samplers other than independent and sobol: out of line, to keep the loops of those small.
 #include "core/samplers/path_sampler.h"
 
+#include "core/samplers/dimensions.h"
 #include "core/samplers/halton.h"
 #include "core/samplers/point_sets.h"
 #include "core/samplers/zsobol.h"
@@ -46,7 +47,7 @@ Vec4 PathSampler::other_4d(int group) const noexcept {
   if (chain_ != nullptr) {
     return chain_->at(h);
   }
-  const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
+  const std::uint64_t h2 = second_hash(h);
   switch (type_) {
     case SamplerType::kAntithetic: {
       if (index_ == 0) {

@@ -20,74 +20,17 @@
 /// share
 ///                   (core/samplers/zsobol.h); sets and tiles are independent, pixels of a tile are
 ///                   not.
-///
-/// Sources: Burley, Practical Hash-based Owen Scrambling, JCGT 2020; the hash is Laine and Karras'
-/// with Vegdahl's constants; direction numbers of Joe and Kuo, 2008.
 #pragma once
 
 #include <cstdint>
 
-#include "core/math/intrinsics.h"
 #include "core/math/vec.h"
-#include "core/samplers/dimensions.h"
 #include "core/samplers/hash.h"
 #include "core/samplers/primary_numbers.h"
+#include "core/samplers/sobol.h"
 #include "core/settings/settings.h"
 
 namespace core {
-
-struct alignas(16) FourWords {
-  std::uint32_t x, y, z, w;
-};
-
-/// The first four dimensions of the Sobol sequence, tabulated per byte of the index with bits
-/// reversed on both sides: reversed(sobol(index)) = xor over bytes b of entry[b][byte b of
-/// reversed(index)].
-struct SobolTables {
-  FourWords entry[4][256];
-};
-extern const SobolTables kSobolTables;
-
-constexpr std::uint32_t reverse_bits(std::uint32_t x) noexcept {
-  x = __builtin_bswap32(x);
-  x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
-  x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
-  return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
-}
-
-/// Applies a nested uniform (Owen) scramble to a bit-reversed value; the result is reversed too.
-constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noexcept {
-  x ^= x * 0x3d20adeaU;
-  x += seed;
-  x *= (seed >> 16) | 1U;
-  x ^= x * 0x05526c56U;
-  x ^= x * 0x53a22864U;
-  return x;
-}
-
-/// Computes to_unit_float(reverse_bits(scramble_reversed(value, seed))) in four lanes.
-inline Vec4 scrambled_4d(__m128i reversed, FourWords seeds) noexcept {
-  const auto splat = [](std::uint32_t v) { return _mm_set1_epi32(static_cast<int>(v)); };
-  const __m128i seed = _mm_set_epi32(static_cast<int>(seeds.w), static_cast<int>(seeds.z),
-                                     static_cast<int>(seeds.y), static_cast<int>(seeds.x));
-  __m128i x = reversed;
-  x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x3d20adeaU)));
-  x = _mm_add_epi32(x, seed);
-  x = _mm_mullo_epi32(x, _mm_or_si128(_mm_srli_epi32(seed, 16), splat(1)));
-  x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x05526c56U)));
-  x = _mm_xor_si128(x, _mm_mullo_epi32(x, splat(0x53a22864U)));
-  // Reverses bits: bytes by a shuffle, then each byte by its two nibbles.
-  x = _mm_shuffle_epi8(x, _mm_set_epi8(12, 13, 14, 15, 8, 9, 10, 11, 4, 5, 6, 7, 0, 1, 2, 3));
-  const __m128i nibble = _mm_set1_epi8(15);
-  const __m128i table = _mm_set_epi8(15, 7, 11, 3, 13, 5, 9, 1, 14, 6, 10, 2, 12, 4, 8, 0);
-  const __m128i low = _mm_shuffle_epi8(table, _mm_and_si128(x, nibble));
-  const __m128i high = _mm_shuffle_epi8(table, _mm_and_si128(_mm_srli_epi32(x, 4), nibble));
-  x = _mm_or_si128(_mm_slli_epi32(low, 4), high);
-  const __m128 unit = _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(x, 8)), _mm_set1_ps(0x1p-24F));
-  alignas(16) float out[4];
-  _mm_store_ps(out, unit);
-  return {out[0], out[1], out[2], out[3]};
-}
 
 class PathSampler {
  public:
@@ -131,7 +74,7 @@ class PathSampler {
   /// Returns four numbers in [0,1).
   Vec4 get_4d(int group) const noexcept {
     const std::uint64_t h = hash_combine(base_, static_cast<std::uint64_t>(group));
-    const std::uint64_t h2 = mix_bits(h + 0x632be59bd9b4e019ULL);
+    const std::uint64_t h2 = second_hash(h);
     if (type_ == SamplerType::kSobol) [[likely]] {
       return arranged(sobol_4d(index_, h, h2), group);
     }
@@ -146,8 +89,7 @@ class PathSampler {
     if (chain_ != nullptr) [[unlikely]] {
       return chain_->at(hash_combine(base_, key)).x;
     }
-    return to_unit_float(
-        static_cast<std::uint32_t>(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key) >> 32));
+    return to_unit_float(high_word(hash_combine(base_ ^ (std::uint64_t{index_} << 1), key)));
   }
 
   /// Returns the sampler of continuation k of `count` of this path. With sobol and halton the
@@ -177,35 +119,8 @@ class PathSampler {
   std::uint32_t index() const noexcept { return index_; }
 
   static Vec4 independent_4d(std::uint64_t h, std::uint64_t h2) noexcept {
-    return {to_unit_float(static_cast<std::uint32_t>(h)),
-            to_unit_float(static_cast<std::uint32_t>(h >> 32)),
-            to_unit_float(static_cast<std::uint32_t>(h2)),
-            to_unit_float(static_cast<std::uint32_t>(h2 >> 32))};
-  }
-
-  /// Dimensions of a Sobol sequence as the numbers of a group.
-  static Vec4 arranged(Vec4 u, int group) noexcept {
-    return is_of_bsdf(group) ? Vec4{u.z, u.x, u.y, u.w} : u;
-  }
-
-  /// Point `index` of the scrambled 4-D sequence that (h, h2) name. Public for tests and the
-  /// laboratory.
-  static Vec4 sobol_4d(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
-    // Owen scrambling of the index keeps every block [m 2^k, (m + 1) 2^k) together, so each prefix
-    // of 2^k points remains a net.
-    const std::uint32_t shuffled =
-        scramble_reversed(reverse_bits(index), static_cast<std::uint32_t>(h));
-    const auto entry = [shuffled](int byte) {
-      const auto at = (shuffled >> (8 * byte)) & 255U;
-      return _mm_load_si128(reinterpret_cast<const __m128i*>(&kSobolTables.entry[byte][at]));
-    };
-    const __m128i point =
-        _mm_xor_si128(_mm_xor_si128(entry(0), entry(1)), _mm_xor_si128(entry(2), entry(3)));
-    // Derives four 32-bit seeds from 128 bits of hash; the first is reused with another multiplier.
-    const auto seed0 = static_cast<std::uint32_t>((h * 0xd1342543de82ef95ULL) >> 32);
-    return scrambled_4d(point,
-                        {seed0, static_cast<std::uint32_t>(h >> 32), static_cast<std::uint32_t>(h2),
-                         static_cast<std::uint32_t>(h2 >> 32)});
+    return {to_unit_float(low_word(h)), to_unit_float(high_word(h)), to_unit_float(low_word(h2)),
+            to_unit_float(high_word(h2))};
   }
 
  private:

@@ -23,7 +23,7 @@ constexpr std::uint32_t to_range(std::uint32_t bits, std::uint32_t count) noexce
 constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
                                  std::uint64_t key) noexcept {
   const std::uint64_t k0 = mix_bits(key + 0x9e3779b97f4a7c15ULL);
-  const std::uint64_t k1 = mix_bits(k0 + 0x632be59bd9b4e019ULL);
+  const std::uint64_t k1 = second_hash(k0);
   const int bits = 32 - std::countl_zero(count - 1);
   const std::uint32_t mask = static_cast<std::uint32_t>((std::uint64_t{1} << bits) - 1);
   const int half = (bits + 1) / 2;
@@ -38,7 +38,7 @@ constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
       x ^= round % 2 == 1 ? x >> one : 0;
     }
   } while (x >= count);
-  x += to_range(static_cast<std::uint32_t>((k0 ^ k1) >> 32), count);
+  x += to_range(high_word(k0 ^ k1), count);
   return x < count ? x : x - count;
 }
 
@@ -47,9 +47,7 @@ constexpr std::uint32_t permuted(std::uint32_t index, std::uint32_t count,
 /// 2^15.
 constexpr std::uint32_t permuted_prime(std::uint32_t x, std::uint32_t p,
                                        std::uint64_t bits) noexcept {
-  return (x * (1 + to_range(static_cast<std::uint32_t>(bits), p - 1)) +
-          to_range(static_cast<std::uint32_t>(bits >> 32), p)) %
-         p;
+  return (x * (1 + to_range(low_word(bits), p - 1)) + to_range(high_word(bits), p)) % p;
 }
 
 /// Returns a float in stratum `cell` of `count` equal strata of [0,1): floor(result * count) ==

@@ -26,8 +26,7 @@ struct Jitter {
 constexpr Jitter jitter_of(std::uint32_t index, std::uint64_t h, std::uint64_t h2) noexcept {
   const std::uint64_t a = mix_bits(h + 0xd1342543de82ef95ULL * (std::uint64_t{index} + 1));
   const std::uint64_t b = mix_bits(a ^ h2);
-  return {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32),
-          static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
+  return {low_word(a), high_word(a), low_word(b), high_word(b)};
 }
 
 /// Returns a jittered point: one per cell of side x side for every pair of dimensions, one per

@@ -2,7 +2,7 @@
 // (2008): degree 2, a = 1, m = 1 3; degree 3, a = 1, m = 1 3 1.
 #include <array>
 
-#include "core/samplers/path_sampler.h"
+#include "core/samplers/sobol.h"
 
 namespace core {
 namespace {
@@ -34,18 +34,6 @@ constexpr std::uint32_t point(std::uint32_t index, const std::array<std::uint32_
       x ^= v[bit];
     }
   }
-  return x;
-}
-
-/// reversed(second Sobol dimension of index): the Pascal matrix modulo 2 is a Kronecker power of
-/// [[1,1],[0,1]], so the product is five butterfly steps.
-constexpr std::uint32_t second_reversed(std::uint32_t index) {
-  std::uint32_t x = index;
-  x ^= (x >> 1) & 0x55555555U;
-  x ^= (x >> 2) & 0x33333333U;
-  x ^= (x >> 4) & 0x0f0f0f0fU;
-  x ^= (x >> 8) & 0x00ff00ffU;
-  x ^= (x >> 16) & 0x0000ffffU;
   return x;
 }
 

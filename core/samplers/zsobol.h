@@ -55,8 +55,7 @@ constexpr std::uint32_t shuffled_zcurve(std::uint32_t z, std::uint64_t h) noexce
     const std::uint32_t digit = (z >> (2 * level)) & 3U;
     // The square being divided, with a leading bit that encodes its number of digits.
     const std::uint32_t square = (z | (1U << (2 * kZcurveLevels))) >> (2 * level + 2);
-    const auto bits =
-        static_cast<std::uint32_t>(mix_bits(h + square * 0x9e3779b97f4a7c15ULL) >> 32);
+    const std::uint32_t bits = high_word(mix_bits(h + square * 0x9e3779b97f4a7c15ULL));
     out = (out << 2) | ((std::uint32_t{kOrdersOfFour[to_range(bits, 24)]} >> (2 * digit)) & 3U);
   }
   return out;

@@ -74,6 +74,15 @@ struct TableLanes {
   Floats<N> length() const { return Floats<N>(static_cast<float>(table.size)); }
 };
 
+/// Returns where the table's density puts u.
+inline float position_in(const DistributionTable& table, float u) noexcept {
+  return table.sample(u).x;
+}
+template <std::size_t N>
+Floats<N> position_in(const DistributionTable& table, Floats<N> u) {
+  return TableLanes<N>{table}.sample(u).x;
+}
+
 template <std::size_t N>
 struct SquareSample {
   Vec2s<N> uv;

@@ -34,6 +34,10 @@ class WeightedReservoir {
   const Item& item() const noexcept { return item_; }  ///< Pre: !empty()
   double weight() const noexcept { return weight_; }   ///< of item()
   double sum() const noexcept { return sum_; }         ///< of all weights
+  /// Returns the mean weight of `count` items over that of item(), which it stands for.
+  float scale(int count) const noexcept {
+    return static_cast<float>(sum_ / (static_cast<double>(count) * weight_));
+  }
 
  private:
   Item item_{};

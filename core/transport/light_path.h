@@ -8,6 +8,7 @@
 #include "core/samplers/dimensions.h"
 #include "core/transport/intersect.h"
 #include "core/transport/path_state.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 
@@ -74,7 +75,7 @@ void follow_light_path(const SceneData& scene, const EmissionSampler& emission, 
     }
     is_smooth = is_smooth && (next.is_delta || next.is_null);
     scatter(scene, path, vertex, next, TransportMode::kImportance);
-    if (!survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
+    if (!survives_roulette(path.beta, path.sampler.get_4d(vertex_group(depth)).z,
                            throughput_size(path.beta) / first_size)) {
       return;
     }

@@ -1,9 +1,7 @@
 /// Russian roulette based on throughput, for one path or SIMD lanes.
 #pragma once
 
-#include <cstddef>
-
-#include "core/math/lanes.h"
+#include "core/color/lane_color.h"
 
 namespace core {
 
@@ -16,12 +14,27 @@ namespace core {
 /// a glossy or specular scattering it is the fourth root of that proportion, because MIS then
 /// leaves most of the direct light to the next ray. Over nine scenes this gave the least error for
 /// the rays traced, compared with other thresholds, exponents and later starts.
-template <std::size_t N>
-Floats<N> continuation_probability(Floats<N> throughput, Floats<N> pdf_bsdf) {
-  const Floats<N> share = throughput / Floats<N>(0.45F);
+template <typename F>
+F continuation_probability(F throughput, F pdf_bsdf) noexcept {
+  const F share = throughput / 0.45F;
   // A Lambertian surface has at most 1 / pi.
-  const Mask<N> is_glossy = (pdf_bsdf > Floats<N>(0.4F)) | (pdf_bsdf <= Floats<N>(0));
+  const MaskOf<F> is_glossy = (pdf_bsdf > 0.4F) | (pdf_bsdf <= 0);
   return select(is_glossy, sqrt(sqrt(share)), max(share, sqrt(throughput)));
+}
+
+/// Returns the magnitude of the largest channel.
+template <typename C>
+auto throughput_size(C beta) noexcept {
+  return max_component(magnitudes(beta));
+}
+
+/// Continues a path with probability `survive` (1 and more: certain) and divides its throughput by
+/// it. u in [0,1). Returns false if the path ends.
+template <typename F>
+MaskOf<F> survives_roulette(ColorOf<F>& beta, F u, F survive) noexcept {
+  const MaskOf<F> is_faint = survive < 1;
+  beta = select(is_faint, beta * (1 / survive), beta);
+  return opposite(is_faint & (u >= survive));
 }
 
 }  // namespace core

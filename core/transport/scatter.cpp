@@ -1,7 +1,6 @@
 #include "core/transport/scatter.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
@@ -72,22 +71,8 @@ bool scatter_delta(const SceneData& scene, PathState& path, const PathVertex& ve
   return true;
 }
 
-float throughput_size(Rgb beta) noexcept {
-  return max_component(Rgb{std::fabs(beta.r), std::fabs(beta.g), std::fabs(beta.b)});
-}
-
 float continuation_probability(const PathState& path) noexcept {
-  const Floats<1> survive = continuation_probability<1>(throughput_size(path.beta) * path.eta_scale,
-                                                        Floats<1>(path.last.pdf_bsdf));
-  return survive.v[0];
-}
-
-bool survives_roulette(PathState& path, float u, float survive) noexcept {
-  if (survive >= 1) {
-    return true;
-  }
-  path.beta *= 1 / survive;
-  return u < survive;
+  return continuation_probability(throughput_size(path.beta) * path.eta_scale, path.last.pdf_bsdf);
 }
 
 }  // namespace core

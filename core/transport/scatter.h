@@ -22,16 +22,9 @@ void scatter(const SceneData& scene, PathState& path, const PathVertex& vertex,
 bool scatter_delta(const SceneData& scene, PathState& path, const PathVertex& vertex,
                    const Bsdf& bsdf) noexcept;
 
-/// Returns the magnitude of the largest channel, as used by Russian roulette.
-float throughput_size(Rgb beta) noexcept;
-
 /// Returns the probability with which Russian roulette continues the path after scatter()
 /// (core/transport/roulette.h). eta_scale removes the n^2 of radiance in denser media, which is
 /// undone when the path leaves them.
 float continuation_probability(const PathState& path) noexcept;
-
-/// Applies Russian roulette: continues the path with probability `survive` (1 and more: certain)
-/// and divides its throughput by it. u in [0,1). Returns false if the path ends.
-bool survives_roulette(PathState& path, float u, float survive) noexcept;
 
 }  // namespace core

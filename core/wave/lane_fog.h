@@ -55,12 +55,8 @@ auto LaneTracer<N, Options>::pass_fog(Wave& wave, std::size_t first, unsigned& m
   }
   const Floats<N> distance_m = min(range.begin_m + passed.depth_m, range.end_m);
   if (scattered.any() && depth == 0) {
-    const Rgb t = medium.sigma_t;
-    const Rgb s = medium.sigma_s;
-    const Rgb albedo = {t.r > 0 ? s.r / t.r : 0.0F, t.g > 0 ? s.g / t.g : 0.0F,
-                        t.b > 0 ? s.b / t.b : 0.0F};
     keep_first_surface<N>(wave.results, sample_of(paths, first), scattered,
-                          {color_of<Floats<N>>(albedo), -segments.direction, distance_m});
+                          {color_of<Floats<N>>(medium.albedo()), -segments.direction, distance_m});
   }
   met &= alive;
   return {scattered,
@@ -125,8 +121,9 @@ void LaneTracer<N, Options>::scatter_in_fog(Wave& wave, const FogVertex& at, int
   const Vec4s<N> u = draw(wave, at.numbers, on.bits(), dimension_group(depth, BounceGroup::kBsdf));
   const Vec3s<N> wi = sample_henyey_greenstein(at.before, g, Vec2s<N>{u.y, u.z});
   const Floats<N> pdf = henyey_greenstein(dot(at.before, wi), g);
-  const auto [beta, survives] = after_roulette(at.beta, pdf, u_light.w);
-  const unsigned taken = (on & survives).bits();
+  Vec3s<N> beta = at.beta;
+  const Floats<N> survive = continuation_probability(throughput_size(beta), pdf);
+  const unsigned taken = (on & survives_roulette(beta, u_light.w, survive)).bits();
   std::uint64_t base[N];
   std::memcpy(base, &at.numbers.base, sizeof base);
   // One by one: the lanes of a second part of the chunk would overwrite the next chunk.

@@ -45,8 +45,7 @@ auto LaneTracer<N, Options>::resampled(const Wave& wave, const Vertex& at, const
   for (int i = 0; i < count; ++i) {
     const auto drawn = candidate(u, i, count);
     const Unshadowed one = unshadowed(at, bsdf, asked, drawn.pick, drawn.place);
-    const Floats<N> size =
-        luminance(Vec3s<N>(abs(one.value.x), abs(one.value.y), abs(one.value.z))) * one.scale;
+    const Floats<N> size = size_of(one.value) * one.scale;
     unsigned replaced = 0;
     for (unsigned rest = one.lit.bits(); rest != 0; rest &= rest - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(rest));
@@ -64,9 +63,7 @@ auto LaneTracer<N, Options>::resampled(const Wave& wave, const Vertex& at, const
   }
   for (unsigned rest = taken.lit.bits(); rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-    const WeightedReservoir<int>& from = reservoirs[k];
-    taken.scale.v[k] *=
-        static_cast<float>(from.sum() / (static_cast<double>(count) * from.weight()));
+    taken.scale.v[k] *= reservoirs[k].scale(count);
   }
   return taken;
 }

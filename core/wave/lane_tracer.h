@@ -12,6 +12,7 @@
 #include "core/math/frame.h"
 #include "core/math/offset_ray.h"
 #include "core/samplers/dimensions.h"
+#include "core/samplers/sobol.h"
 #include "core/sampling/mis.h"
 #include "core/sampling/reservoir.h"
 #include "core/transport/medium_sample.h"
@@ -22,7 +23,6 @@
 #include "core/wave/lane_environment.h"
 #include "core/wave/lane_holes.h"
 #include "core/wave/lane_lights.h"
-#include "core/wave/lane_sampler.h"
 #include "core/wave/lane_spectrum.h"
 #include "core/wave/lane_surfaces.h"
 #include "core/wave/scalar_paths.h"
@@ -184,22 +184,6 @@ class LaneTracer final : public WaveTracer {
                                    WaveFront& to) const;
   Vec3s<N> found_environment(const Wave& wave, std::size_t first, unsigned left) const;
   void add_environment(Wave& wave, std::size_t first, unsigned left, int depth) const;
-  /// Russian roulette: the throughput of paths that survive, and which do.
-  struct Roulette {
-    Vec3s<N> beta;
-    Mask<N> survives;
-  };
-  /// eta_scale: as in PathState; null: 1.
-  [[gnu::always_inline]] static Roulette after_roulette(Vec3s<N> beta, Floats<N> pdf, Floats<N> u,
-                                                        const Floats<N>* eta_scale = nullptr) {
-    Floats<N> size = max_component(Vec3s<N>(abs(beta.x), abs(beta.y), abs(beta.z)));
-    if (eta_scale != nullptr) {
-      size = size * *eta_scale;
-    }
-    const Floats<N> survive = continuation_probability(size, pdf);
-    const Mask<N> faint = survive < Floats<N>(1);
-    return {select(faint, beta * (Floats<N>(1) / survive), beta), ~(faint & (u >= survive))};
-  }
   [[gnu::always_inline]] void add_paths(WavePaths& paths, const PathLanes<N>& next,
                                         unsigned taken) const {
     const std::size_t to = paths.count;

@@ -7,8 +7,8 @@
 
 #include "core/accel/accel.h"
 #include "core/math/lane_math.h"
+#include "core/samplers/path_sampler.h"
 #include "core/wave/lane_camera.h"
-#include "core/wave/lane_sampler.h"
 #include "core/wave/wave.h"
 
 namespace core {
@@ -118,9 +118,8 @@ struct PathNumbers {
   /// PathSampler::branch()
   PathNumbers branch(int k, int count) const {
     const auto n = static_cast<std::uint32_t>(count);
-    return {hash_combine<N>(base, PathSampler::branch_key(n)),
-            reverse_bits<N>(reverse_bits<N>(index_reversed) * Words<N>(n) +
-                            Words<N>(static_cast<std::uint32_t>(k))),
+    return {hash_combine(base, PathSampler::branch_key(n)),
+            reverse_bits(reverse_bits(index_reversed) * n + static_cast<std::uint32_t>(k)),
             slot + Ints<N>(slot_of_branch(k, count))};
   }
 };

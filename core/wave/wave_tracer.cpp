@@ -671,14 +671,11 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
     null_scatterings = null_scatterings + select(sample.is_null, Ints<N>(1), Ints<N>(0));
   }
   if constexpr (!kCatches) {
-    Floats<N> scale;
+    Floats<N> size = throughput_size(beta);
     if (scene_.has_volumes) {
-      scale = eta_scale(alive, medium);
+      size = size * eta_scale(alive, medium);
     }
-    const auto [kept, survives] =
-        after_roulette(beta, pdf_bsdf, u_light.w, scene_.has_volumes ? &scale : nullptr);
-    beta = kept;
-    alive = alive & survives;
+    alive = alive & survives_roulette(beta, u_light.w, continuation_probability(size, pdf_bsdf));
   }
   const unsigned taken = alive.bits();
   if (taken == 0) {

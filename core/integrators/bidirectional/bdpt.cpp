@@ -12,6 +12,7 @@
 #include "core/transport/direct_light.h"
 #include "core/transport/intersect.h"
 #include "core/transport/light_path.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 
@@ -186,8 +187,9 @@ void BidirectionalPathTracer::follow_light(Subpath& path, const Strategies& stra
     if (!weights_.connects() && path.bounces() > 0 && !path.arrives_sharply()) {
       return;
     }
-    if (!strategies.only && !survives_roulette(path, path.sampler.get_4d(vertex_group(depth)).z,
-                                               throughput_size(path.beta) / first_size)) {
+    if (!strategies.only &&
+        !survives_roulette(path.beta, path.sampler.get_4d(vertex_group(depth)).z,
+                           throughput_size(path.beta) / first_size)) {
       return;
     }
   }
@@ -508,7 +510,8 @@ void BidirectionalPathTracer::follow_camera(CameraSubpath& path, const Strategie
       return;
     }
     if (!strategies.only &&
-        !survives_roulette(path, path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
+        !survives_roulette(path.beta,
+                           path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w,
                            continuation_probability(path))) {
       return;
     }

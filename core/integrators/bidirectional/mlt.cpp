@@ -56,7 +56,7 @@ constexpr std::uint64_t kLightNumbers = 2;
 
 Vec4 uniform_4d(std::uint64_t a, std::uint64_t b) noexcept {
   const std::uint64_t h = hash_combine(a, b);
-  return PathSampler::independent_4d(h, mix_bits(h + 0x632be59bd9b4e019ULL));
+  return PathSampler::independent_4d(h, second_hash(h));
 }
 
 /// The numbers of a state: those of the last large step, with all small steps since. Computed only

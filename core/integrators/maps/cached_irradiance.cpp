@@ -19,6 +19,7 @@
 #include "core/math/numbers.h"
 #include "core/samplers/dimensions.h"
 #include "core/samplers/streams.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 
 namespace core {

@@ -12,10 +12,18 @@
 
 #include <type_traits>
 
+#include "core/color/lane_color.h"
 #include "core/math/generic.h"
 #include "core/math/numbers.h"
 
 namespace core {
+
+/// Returns the magnitude of a contribution; positive for any value that is not black, of either
+/// sign.
+template <typename C>
+auto size_of(C value) noexcept {
+  return luminance(magnitudes(value));
+}
 
 /// Returns x modulo 1, for x >= 0.
 template <typename F>

@@ -1,16 +1,10 @@
 /// Records the data of a path for coefficients fitted per pixel (core/film/replicate_fit.h).
 #pragma once
 
-#include <cmath>
-
 #include "core/color/rgb.h"
 #include "core/film/replicate_fit.h"
 
 namespace core {
-
-/// Returns the magnitude of a contribution; positive for any value that is not black, of either
-/// sign.
-inline float size_of(Rgb c) { return luminance({std::fabs(c.r), std::fabs(c.g), std::fabs(c.b)}); }
 
 /// Optimal MIS: records a sample that has both densities, whether it is a light or a BSDF sample.
 /// value: f / m; weight_light: p / m. Other light samples (delta lights, black, occluded or partly

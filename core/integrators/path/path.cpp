@@ -10,6 +10,7 @@
 #include "core/sampling/reservoir.h"
 #include "core/settings/choices.h"
 #include "core/transport/intersect.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 
@@ -218,8 +219,7 @@ PathLight PathTracer<Options>::sample_light(TracedPath& path, const PathVertex& 
   PathLight taken;
   if (!reservoir.empty()) {
     taken = reservoir.item();
-    taken.scale *=
-        static_cast<float>(reservoir.sum() / (static_cast<double>(count) * reservoir.weight()));
+    taken.scale *= reservoir.scale(count);
   }
   taken.control = control;
   return taken;
@@ -320,7 +320,7 @@ bool PathTracer<Options>::extend(TracedPath& path, const PathVertex& vertex,
       if (path.u_roulette < 0) {
         path.u_roulette = path.sampler.get_4d(dimension_group(depth, BounceGroup::kLight)).w;
       }
-      if (!survives_roulette(path, path.u_roulette, survive)) {
+      if (!survives_roulette(path.beta, path.u_roulette, survive)) {
         return false;
       }
     }

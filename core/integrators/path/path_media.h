@@ -9,6 +9,7 @@
 #include "core/sampling/equiangular.h"
 #include "core/transport/intersect.h"
 #include "core/transport/medium_sample.h"
+#include "core/transport/roulette.h"
 #include "core/transport/scatter.h"
 #include "core/transport/surface_event.h"
 
@@ -94,7 +95,7 @@ bool PathTracer<Options>::scatter_within(TracedPath& path, const MediumSample& s
   if (options_.roulette == RouletteType::kNone) {
     return true;
   }
-  return survives_roulette(path, u_light.w, continuation_probability(path));
+  return survives_roulette(path.beta, u_light.w, continuation_probability(path));
 }
 
 template <typename Options>

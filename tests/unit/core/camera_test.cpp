@@ -358,7 +358,7 @@ TEST(Camera, PanoramaSeesAllDirections) {
   const float s = std::sqrt(0.5F);
   expect_direction(direction(200, 50), {0, s, -s});
   EXPECT_TRUE(camera.ray({7, 9}, {}).ray.origin == (Vec3{1, 2, 3}));
-  EXPECT_FALSE(camera.pinhole());
+  EXPECT_FALSE(camera.is_pinhole());
   test_support::Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const Vec2 film = {400 * random.uniform(), 2 + 196 * random.uniform()};

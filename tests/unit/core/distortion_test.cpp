@@ -163,7 +163,7 @@ TEST(CalibratedCamera, FocalLengthsAndPrincipalPointPlaceThePixels) {
   s.cx_px = 70.5;
   s.cy_px = 60;
   expect_seen(make(s), {1, 1, 0}, 70.5 + 100.0 / 5, 60 - 150.0 / 5);
-  EXPECT_TRUE(make(s).pinhole());
+  EXPECT_TRUE(make(s).is_pinhole());
   const core::Intrinsics film = make(s).intrinsics();
   EXPECT_EQ(film.fx, 100);
   EXPECT_EQ(film.fy, 150);

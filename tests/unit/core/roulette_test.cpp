@@ -1,4 +1,6 @@
 // Russian roulette by throughput: its rule, and the unchanged mean.
+#include "core/transport/roulette.h"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -65,12 +67,12 @@ double sphere_z(float albedo, float pdf_bsdf, bool divides) {
     for (int depth = 0; depth < 400; ++depth) {
       radiance += path.beta.g * (1 - albedo);
       path.beta *= albedo;
-      const float survive = continuation_probability(path);
-      if (random.uniform() >= survive) {
+      const Rgb before = path.beta;
+      if (!core::survives_roulette(path.beta, random.uniform(), continuation_probability(path))) {
         break;
       }
-      if (divides && survive < 1) {
-        path.beta *= 1 / survive;
+      if (!divides) {
+        path.beta = before;
       }
     }
     out.add(static_cast<double>(radiance));

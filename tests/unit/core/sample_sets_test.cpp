@@ -221,7 +221,8 @@ TEST(Halton, EachBaseHasItsElementaryIntervals) {
       for (const std::uint32_t block : {0U, 1U, 17U}) {
         std::vector<Point> set;
         for (std::uint32_t i = block * n; i < (block + 1) * n; ++i) {
-          set.push_back({static_cast<double>(core::halton_1d(d, i, core::mix_bits(block + b)))});
+          set.push_back({static_cast<double>(
+              core::halton_1d(d, i, core::mix_bits(std::uint64_t{block + b})))});
         }
         EXPECT_TRUE(is_even(set, 0, static_cast<int>(n))) << b << " " << n << " " << block;
       }

@@ -25,7 +25,7 @@ double component(Vec4 v, int i) {
 std::vector<Vec4> points(std::uint32_t count, std::uint64_t h, std::uint64_t h2) {
   std::vector<Vec4> out;
   for (std::uint32_t i = 0; i < count; ++i) {
-    out.push_back(PathSampler::sobol_4d(i, h, h2));
+    out.push_back(core::sobol_4d(i, h, h2));
   }
   return out;
 }

@@ -9,11 +9,11 @@
 
 #include "core/math/lane_math.h"
 #include "core/samplers/path_sampler.h"
+#include "core/samplers/sobol.h"
 #include "core/settings/choices.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_environment.h"
 #include "core/wave/lane_maps.h"
-#include "core/wave/lane_sampler.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/scenes.h"
 

@@ -14,15 +14,33 @@
 namespace core {
 namespace {
 
-// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
-int tangent_uv_set(const MaterialDescription& material) {
+// Returns the texture coordinates of normal maps, or -1 if the material has none.
+int normal_uv_set(const MaterialDescription& material) {
   for (const TextureDescription* texture :
        {&material.normal_texture, &material.clearcoat_normal_texture}) {
     if (texture->image >= 0) {
       return texture->uv_set;
     }
   }
-  return material.anisotropy != 0 ? material.anisotropy_texture.uv_set : -1;
+  return -1;
+}
+
+// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
+int tangent_uv_set(const MaterialDescription& material) {
+  const int set = normal_uv_set(material);
+  return set < 0 && material.anisotropy != 0 ? material.anisotropy_texture.uv_set : set;
+}
+
+// Turns the tangents of vertices whose normal maps are for the back of their triangles. A map seen
+// from the back has all of its normals reversed: so has one whose tangent, bitangent and normal
+// are.
+void turn_tangents(PrimitiveDescription& p, const std::vector<bool>& maps_back) {
+  for (std::size_t v = 0; v < (maps_back.empty() ? 0 : p.tangents.size()); ++v) {
+    Vec4& t = p.tangents[v];
+    if (maps_back[p.file_vertices.empty() ? v : p.file_vertices[v]]) {
+      t = {-t.x, -t.y, -t.z, t.w};
+    }
+  }
 }
 
 // Normalises normals; replaces unusable ones by the mean of the adjacent triangles.
@@ -130,7 +148,7 @@ Result<int> GltfMeshes::make(const MeshUse& use) {
                    "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene",
                    where};
     }
-    finish(primitive.base);
+    finish(primitive);
     std::optional<PrimitiveDescription> backs = backs_of(primitive.base, mesh.name, where);
     description.primitives.push_back(std::move(primitive.base));
     if (backs) {
@@ -187,16 +205,24 @@ int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
   return primitive.material;
 }
 
-void GltfMeshes::finish(PrimitiveDescription& primitive) const {
-  repair_normals(primitive);
-  if (has_tangents_ && primitive.tangents.empty() && primitive.material >= 0) {
-    const int uv_set =
-        tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
-    if (uv_set >= 0) {
-      make_tangents(primitive, uv_set);
-      primitive.tangent_uv_set = uv_set;
-    }
+void GltfMeshes::finish(GltfPrimitive& primitive) const {
+  PrimitiveDescription& base = primitive.base;
+  repair_normals(base);
+  if (!has_tangents_ || base.material < 0) {
+    return;
   }
+  const MaterialDescription& material = scene_.materials[static_cast<std::size_t>(base.material)];
+  const int normal_set = normal_uv_set(material);
+  if (primitive.turned > 0 && normal_set >= 0 &&
+      !base.uv[static_cast<std::size_t>(normal_set)].empty()) {
+    base.tangents.clear();  // Whether the file's bitangents were mirrored too is not known.
+  }
+  const int uv_set = tangent_uv_set(material);
+  if (base.tangents.empty() && uv_set >= 0) {
+    make_tangents(base, uv_set);
+    base.tangent_uv_set = uv_set;
+  }
+  turn_tangents(base, primitive.maps_back);
 }
 
 }  // namespace core

@@ -48,7 +48,7 @@ class GltfMeshes {
  private:
   Result<int> make(const MeshUse& use);
   int material_of(const tinygltf::Primitive& primitive) const;
-  void finish(PrimitiveDescription& primitive) const;
+  void finish(GltfPrimitive& primitive) const;
   void note_turned(const GltfPrimitive& primitive, const std::string& mesh,
                    const std::string& where);
   /// Takes out the triangles that repeat others in the opposite winding, where that matters: those

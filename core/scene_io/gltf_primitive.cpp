@@ -1,6 +1,7 @@
 #include "core/scene_io/gltf_primitive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -299,6 +300,43 @@ void repeat_vertices(GltfPrimitive& primitive, const Indices& vertices) {
   }
 }
 
+Vec3 area_vector(const PrimitiveDescription& p, std::size_t first) {
+  const Vec3 a = p.positions[p.indices[first]];
+  return cross(p.positions[p.indices[first + 1]] - a, p.positions[p.indices[first + 2]] - a);
+}
+
+/// Whether all three normals of a triangle point to its back.
+bool points_back(const PrimitiveDescription& p, std::size_t first) {
+  const std::uint32_t* const v = &p.indices[first];
+  const Vec3 a = p.positions[v[0]];
+  const Vec3 front = area_vector(p, first);
+  // Slivers, such as those at the poles of spheres, face anywhere: the ends of an edge are each
+  // rounded by sqrt(3) 2^-24 of their distance, which is at most `far`.
+  const float sides = length(p.positions[v[1]] - a) + length(p.positions[v[2]] - a);
+  const float far = length(a) + sides;
+  return length(front) > 0x1p-22F * far * sides &&
+         std::all_of(v, v + 3, [&](std::uint32_t i) { return dot(p.normals[i], front) < 0; });
+}
+
+/// Whether triangles surround a volume and face away from it: what is wrong there are the normals;
+/// of others the winding, which exports of mirrored meshes forget. triangles: their first indices.
+bool face_outwards(const PrimitiveDescription& p, const std::vector<std::size_t>& triangles) {
+  constexpr double kOpenMost = 0.05;  // of the area: a vessel with a neck
+  std::array<double, 3> sum = {};     // 0 of closed surfaces
+  double area = 0;
+  double volume = 0;
+  for (const std::size_t first : triangles) {
+    const Vec3 front = area_vector(p, first);
+    sum[0] += static_cast<double>(front.x);
+    sum[1] += static_cast<double>(front.y);
+    sum[2] += static_cast<double>(front.z);
+    area += static_cast<double>(length(front));
+    volume += static_cast<double>(
+        dot(p.positions[p.indices[first]] - p.positions[p.indices[triangles.front()]], front));
+  }
+  return std::hypot(sum[0], sum[1], sum[2]) <= kOpenMost * area && volume > 0;
+}
+
 /// Turns the normals of triangles of which all three point to the back, as in mirrored exports. A
 /// vertex shared with other triangles is split. Bitangents, cross(n, t) * w, stay. Done before the
 /// vertices move, so that they are the same at all times.
@@ -307,23 +345,10 @@ void turn_normals(GltfPrimitive& primitive) {
   if (p.normals.empty()) {
     return;
   }
-  const auto points_back = [&p](std::size_t i) {
-    const Vec3 a = p.positions[p.indices[i]];
-    const Vec3 edge1 = p.positions[p.indices[i + 1]] - a;
-    const Vec3 edge2 = p.positions[p.indices[i + 2]] - a;
-    const Vec3 front = cross(edge1, edge2);
-    // Slivers, such as those at the poles of spheres, face anywhere: the ends of an edge are each
-    // rounded by sqrt(3) 2^-24 of their distance, which is at most `far`.
-    const float sides = length(edge1) + length(edge2);
-    const float far = length(a) + sides;
-    return length(front) > 0x1p-22F * far * sides &&
-           std::all_of(&p.indices[i], &p.indices[i] + 3,
-                       [&](std::uint32_t v) { return dot(p.normals[v], front) < 0; });
-  };
   std::vector<std::size_t> turned;  // the first indices of triangles
   std::vector<bool> is_shared(p.positions.size(), false);
   for (std::size_t i = 0; i + 2 < p.indices.size(); i += 3) {
-    if (points_back(i)) {
+    if (points_back(p, i)) {
       turned.push_back(i);
       continue;
     }
@@ -332,6 +357,9 @@ void turn_normals(GltfPrimitive& primitive) {
     }
   }
   primitive.turned = turned.size();
+  if (turned.empty()) {
+    return;
+  }
   std::vector<bool> is_turned(p.positions.size(), false);
   std::map<std::uint32_t, std::uint32_t> copies;
   Indices copied;
@@ -365,6 +393,9 @@ void turn_normals(GltfPrimitive& primitive) {
         target.normals[v] = -target.normals[v];
       }
     }
+  }
+  if (!face_outwards(p, turned)) {
+    primitive.maps_back = std::move(is_turned);
   }
 }
 

@@ -36,6 +36,8 @@ struct GltfPrimitive {
   std::vector<JointSet> joint_sets;
   std::size_t aligned = 0;  ///< triangles turned by align_windings()
   std::size_t turned = 0;   ///< triangles whose normals all pointed to the back, and were turned
+  /// Of each vertex: whether normal maps are for the back of its triangles; empty: for no vertex.
+  std::vector<bool> maps_back;
 };
 
 /// uv_sets: the TEXCOORD_n that become uv 0 and 1. is_solid: the surface bounds a volume. Returns

@@ -101,52 +101,89 @@ void GltfMeshes::note_turned(const GltfPrimitive& primitive, const std::string& 
   }
 }
 
-Result<int> GltfMeshes::make(const MeshUse& use) {
-  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
-  MeshDescription description;
-  description.name = mesh.name;
-  const auto counts = scene_.mesh_primitives.begin();
-  const std::uint32_t first_id = std::accumulate(counts, counts + use.mesh, std::uint32_t{1});
+Result<std::vector<GltfMeshes::Part>> GltfMeshes::read_parts(int number) {
+  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(number)];
+  std::vector<Part> parts;
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
     const std::string where =
-        "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
+        "/meshes/" + std::to_string(number) + "/primitives/" + std::to_string(i);
     const int material = material_of(mesh.primitives[i]);
     const auto uv_sets = material >= 0
                              ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
                              : MaterialDescription{}.uv_sets;
-    const bool is_solid =
-        material >= 0 && scene_.materials[static_cast<std::size_t>(material)].bounds_solids();
-    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, is_solid, repairs_);
+    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, repairs_);
     if (!read) {
       return read.error();
     }
     if (!read->has_value()) {
       continue;
     }
-    GltfPrimitive primitive = std::move(**read);
-    note_turned(primitive, mesh.name, where);
-    primitive.base.material = material;
-    primitive.base.id = first_id + static_cast<std::uint32_t>(i);
-    apply_morph_targets(primitive, use.weights);
-    if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
-      Status status = ok_status();
-      if (const std::size_t loose = without_joints(primitive); loose > 0) {
-        status = repairs_.mended("missing", where + "/attributes/WEIGHTS_0",
-                                 std::to_string(loose) + " vertices have only weights of 0",
-                                 "they follow the skin's first joint");
-      }
-      status = status ? apply_skin(primitive, use.joint_matrices, where) : status;
-      if (!status) {
-        return status.error();
-      }
-    } else if (use.baked != nullptr) {
-      apply_transform(primitive.base, *use.baked);
-    }
-    triangles_ += primitive.base.indices.size() / 3;
+    parts.push_back({static_cast<std::uint32_t>(i), where, std::move(**read)});
+    PrimitiveDescription& base = parts.back().primitive.base;
+    base.material = material;
+    triangles_ += base.indices.size() / 3;
     if (triangles_ > limits_.triangles_max) {
       return Error{ErrorCode::kTooLarge,
                    "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene",
                    where};
+    }
+  }
+  return parts;
+}
+
+void GltfMeshes::turn_sides(std::vector<Part>& parts, const std::string& mesh) {
+  std::vector<GltfPrimitive*> of_solids;
+  std::vector<PrimitiveDescription*> bases;
+  for (Part& part : parts) {
+    PrimitiveDescription& base = part.primitive.base;
+    if (base.material >= 0 &&
+        scene_.materials[static_cast<std::size_t>(base.material)].bounds_solids()) {
+      of_solids.push_back(&part.primitive);
+      bases.push_back(&base);
+    }
+  }
+  const std::vector<std::size_t> aligned = align_windings(bases);
+  for (std::size_t i = 0; i < aligned.size(); ++i) {
+    of_solids[i]->aligned = aligned[i];
+  }
+  for (Part& part : parts) {
+    turn_normals(part.primitive);
+    note_turned(part.primitive, mesh, part.where);
+  }
+}
+
+Status GltfMeshes::place(GltfPrimitive& primitive, const MeshUse& use, const std::string& where) {
+  apply_morph_targets(primitive, use.weights);
+  if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
+    Status status = ok_status();
+    if (const std::size_t loose = without_joints(primitive); loose > 0) {
+      status = repairs_.mended("missing", where + "/attributes/WEIGHTS_0",
+                               std::to_string(loose) + " vertices have only weights of 0",
+                               "they follow the skin's first joint");
+    }
+    return status ? apply_skin(primitive, use.joint_matrices, where) : status;
+  }
+  if (use.baked != nullptr) {
+    apply_transform(primitive.base, *use.baked);
+  }
+  return ok_status();
+}
+
+Result<int> GltfMeshes::make(const MeshUse& use) {
+  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
+  MeshDescription description;
+  description.name = mesh.name;
+  const auto counts = scene_.mesh_primitives.begin();
+  const std::uint32_t first_id = std::accumulate(counts, counts + use.mesh, std::uint32_t{1});
+  auto parts = read_parts(use.mesh);
+  if (!parts) {
+    return parts.error();
+  }
+  turn_sides(*parts, mesh.name);
+  for (auto& [number, where, primitive] : *parts) {
+    primitive.base.id = first_id + number;
+    if (auto status = place(primitive, use, where); !status) {
+      return status.error();
     }
     finish(primitive);
     std::optional<PrimitiveDescription> backs = backs_of(primitive.base, mesh.name, where);

@@ -10,7 +10,6 @@
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_draco.h"
 #include "core/scene_io/gltf_model.h"
-#include "core/scene_io/windings.h"
 
 namespace core {
 namespace {
@@ -337,9 +336,64 @@ bool face_outwards(const PrimitiveDescription& p, const std::vector<std::size_t>
   return std::hypot(sum[0], sum[1], sum[2]) <= kOpenMost * area && volume > 0;
 }
 
-/// Turns the normals of triangles of which all three point to the back, as in mirrored exports. A
-/// vertex shared with other triangles is split. Bitangents, cross(n, t) * w, stay. Done before the
-/// vertices move, so that they are the same at all times.
+}  // namespace
+
+Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
+                                                    GltfSource& source, const std::string& where,
+                                                    std::array<int, 2> uv_sets,
+                                                    GltfRepairs& repairs) {
+  const std::optional<GltfPrimitive> nothing;
+  const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+  if (mode < TINYGLTF_MODE_TRIANGLES) {
+    repairs.note("not_drawn", where, "points and lines are not drawn");
+    return nothing;
+  }
+  if (!primitive.attributes.contains("POSITION")) {
+    repairs.note("not_drawn", where, "a primitive without positions is not drawn");
+    return nothing;
+  }
+  auto draco = read_draco(primitive, source, where);
+  if (!draco) {
+    return draco.error();
+  }
+  AttributeReader reader(source, *std::move(draco), where, repairs);
+  GltfPrimitive out;
+  const auto& attributes = primitive.attributes;
+  Status status = reader.read(out.base.positions, attributes, "POSITION", "/attributes");
+  status = status ? reader.read(out.base.normals, attributes, "NORMAL", "/attributes") : status;
+  status = status ? reader.read(out.base.tangents, attributes, "TANGENT", "/attributes") : status;
+  for (std::size_t k = 0; k < uv_sets.size(); ++k) {
+    status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes")
+                    : status;
+  }
+  status = status ? reader.read_color(out.base.colors, attributes) : status;
+  status = status ? read_targets(primitive, reader, uv_sets, out) : status;
+  status = status ? read_joints(primitive, reader, out, where) : status;
+  if (!status) {
+    return status.error();
+  }
+  if (out.base.normals.empty()) {
+    out.base.tangents.clear();  // "When normals are not specified, provided tangents are ignored."
+  }
+  if (reader.draco()) {
+    out.base.indices = reader.draco()->triangles;
+  } else {
+    auto indices = read_indices(primitive, source, reader.vertex_count(), where);
+    if (!indices) {
+      return indices.error();
+    }
+    if (mode == TINYGLTF_MODE_TRIANGLES && indices->size() % 3 != 0) {
+      repairs.note("not_drawn", where, "the last, incomplete triangle is not drawn");
+    }
+    out.base.indices = triangle_list(*indices, mode);
+  }
+  if (out.base.indices.empty()) {
+    repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
+    return nothing;
+  }
+  return std::optional<GltfPrimitive>(std::move(out));
+}
+
 void turn_normals(GltfPrimitive& primitive) {
   PrimitiveDescription& p = primitive.base;
   if (p.normals.empty()) {
@@ -397,68 +451,6 @@ void turn_normals(GltfPrimitive& primitive) {
   if (!face_outwards(p, turned)) {
     primitive.maps_back = std::move(is_turned);
   }
-}
-
-}  // namespace
-
-Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
-                                                    GltfSource& source, const std::string& where,
-                                                    std::array<int, 2> uv_sets, bool is_solid,
-                                                    GltfRepairs& repairs) {
-  const std::optional<GltfPrimitive> nothing;
-  const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-  if (mode < TINYGLTF_MODE_TRIANGLES) {
-    repairs.note("not_drawn", where, "points and lines are not drawn");
-    return nothing;
-  }
-  if (!primitive.attributes.contains("POSITION")) {
-    repairs.note("not_drawn", where, "a primitive without positions is not drawn");
-    return nothing;
-  }
-  auto draco = read_draco(primitive, source, where);
-  if (!draco) {
-    return draco.error();
-  }
-  AttributeReader reader(source, *std::move(draco), where, repairs);
-  GltfPrimitive out;
-  const auto& attributes = primitive.attributes;
-  Status status = reader.read(out.base.positions, attributes, "POSITION", "/attributes");
-  status = status ? reader.read(out.base.normals, attributes, "NORMAL", "/attributes") : status;
-  status = status ? reader.read(out.base.tangents, attributes, "TANGENT", "/attributes") : status;
-  for (std::size_t k = 0; k < uv_sets.size(); ++k) {
-    status = status ? reader.read(out.base.uv[k], attributes, uv_name(uv_sets[k]), "/attributes")
-                    : status;
-  }
-  status = status ? reader.read_color(out.base.colors, attributes) : status;
-  status = status ? read_targets(primitive, reader, uv_sets, out) : status;
-  status = status ? read_joints(primitive, reader, out, where) : status;
-  if (!status) {
-    return status.error();
-  }
-  if (out.base.normals.empty()) {
-    out.base.tangents.clear();  // "When normals are not specified, provided tangents are ignored."
-  }
-  if (reader.draco()) {
-    out.base.indices = reader.draco()->triangles;
-  } else {
-    auto indices = read_indices(primitive, source, reader.vertex_count(), where);
-    if (!indices) {
-      return indices.error();
-    }
-    if (mode == TINYGLTF_MODE_TRIANGLES && indices->size() % 3 != 0) {
-      repairs.note("not_drawn", where, "the last, incomplete triangle is not drawn");
-    }
-    out.base.indices = triangle_list(*indices, mode);
-  }
-  if (out.base.indices.empty()) {
-    repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
-    return nothing;
-  }
-  if (is_solid) {
-    out.aligned = align_windings(out.base);
-  }
-  turn_normals(out);
-  return std::optional<GltfPrimitive>(std::move(out));
 }
 
 }  // namespace core

@@ -24,6 +24,22 @@ namespace fs = std::filesystem;
 
 std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
 
+std::vector<std::string> entries_of(const fs::path& folder) {
+  std::vector<std::string> out;
+  std::error_code problem;
+  for (fs::directory_iterator at(folder, problem); !problem && at != fs::directory_iterator();
+       at.increment(problem)) {
+    out.push_back(at->path().filename().string());
+  }
+  return out;
+}
+
+core::FileNames names_of(const std::vector<std::string>& all) {
+  core::FileNames names;
+  std::for_each(all.begin(), all.end(), [&names](const std::string& name) { names.add(name); });
+  return names;
+}
+
 /// Returns the file or folder of a name in a folder: the same, else the only one that Windows and
 /// macOS would take for it.
 std::optional<fs::path> entry_in(const fs::path& folder, const std::string& name) {
@@ -31,15 +47,9 @@ std::optional<fs::path> entry_in(const fs::path& folder, const std::string& name
   if (fs::exists(folder / name, problem)) {
     return folder / name;
   }
-  core::FileNames names;
-  std::vector<fs::path> places;
-  for (fs::directory_iterator at(folder, problem); !problem && at != fs::directory_iterator();
-       at.increment(problem)) {
-    names.add(at->path().filename().string());
-    places.push_back(at->path());
-  }
-  const auto found = names.find(name);
-  return found ? std::optional(places[*found]) : std::nullopt;
+  const std::vector<std::string> all = entries_of(folder);
+  const auto found = names_of(all).find(name);
+  return found ? std::optional(folder / all[*found]) : std::nullopt;
 }
 
 std::optional<fs::path> find_inside(const fs::path& folder, const fs::path& relative) {
@@ -52,6 +62,13 @@ std::optional<fs::path> find_inside(const fs::path& folder, const fs::path& rela
     place = *next;
   }
   return place;
+}
+
+/// Returns core::FileNames::near() of the folder in which a file should be, and of the scene's own.
+std::string names_near(const fs::path& folder, std::string_view name) {
+  const auto place = find_inside(folder, fs::path(core::with_slashes(name)).parent_path());
+  const std::string there = place ? names_of(entries_of(*place)).near(name) : "";
+  return there.empty() ? names_of(entries_of(folder)).near(name) : there;
 }
 
 }  // namespace
@@ -197,19 +214,27 @@ std::string folder_of(const std::string& path) {
 }
 
 core::Result<std::string> side_file_path(const std::string& folder, std::string_view name) {
-  const Error outside = {ErrorCode::kForbidden, "a scene may only use files in its own folder",
+  const Error outside = {ErrorCode::kForbidden,
+                         "lies outside the scene's folder: a scene may only use files in its own "
+                         "folder",
                          std::string(name)};
-  const fs::path relative = name;
-  if (relative.is_absolute() || name.find("://") != std::string_view::npos) {
+  if (name.find("://") != std::string_view::npos) {
     return outside;
   }
-  auto found = find_inside(folder, relative);
-  found = found ? found : find_inside(folder, core::with_slashes(name));
+  std::optional<fs::path> found;
+  for (const std::string& spelled : {std::string(name), core::with_slashes(name)}) {
+    const auto plain = core::plain_name(spelled);
+    if (!plain) {
+      return outside;
+    }
+    found = found ? found : find_inside(folder, *plain);
+  }
   std::error_code problem;
   const fs::path home = fs::canonical(folder, problem);
   const fs::path file = found ? fs::canonical(*found, problem) : fs::path();
   if (!found || problem) {
-    return Error{ErrorCode::kNotFound, "is used by the scene but does not exist",
+    return Error{ErrorCode::kNotFound,
+                 "is used by the scene but does not exist" + names_near(folder, name),
                  std::string(name)};
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <exception>
+#include <new>
 #include <string>
 #include <string_view>
 
@@ -80,6 +82,9 @@ int dispatch(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return cli::checked_output("tessera", cli::dispatch(argc, argv));
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "tessera: out of memory\n");
+    return cli::kFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera: %s\n", cli::shown(error.what()).c_str());
     return cli::kFailed;

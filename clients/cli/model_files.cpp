@@ -22,7 +22,8 @@ std::string_view without_first(std::string_view text) {
 }
 
 /// Returns what follows the keyword in each line of OBJ (mtllib) or MTL (map_..., norm) that names
-/// a file: the name, or options and the name, which may contain spaces.
+/// a file: the name, or options and the name, which may contain spaces. Of a
+/// mtllib also each word, since it may name several files.
 std::vector<std::string> obj_references(std::string_view text) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at < text.size();) {
@@ -34,6 +35,11 @@ std::vector<std::string> obj_references(std::string_view text) {
     line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
     if (line.starts_with("mtllib ") || line.starts_with("map_") || line.starts_with("norm ")) {
       out.emplace_back(without_first(line));
+    }
+    if (line.starts_with("mtllib ")) {
+      for (auto rest = without_first(line); !rest.empty(); rest = without_first(rest)) {
+        out.emplace_back(rest.substr(0, rest.find_first_of(" \t")));
+      }
     }
   }
   return out;

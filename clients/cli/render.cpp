@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <limits>
+#include <new>
 #include <optional>
 #include <span>
 #include <thread>
@@ -72,9 +75,18 @@ ProgressFacts facts_of(const core::Progress& progress) {
 void run_with_progress(core::RenderTask& task, int threads) {
   ProgressPrinter printer(stderr);
   std::signal(SIGINT, &on_interrupt);
-  std::jthread renderer([&] { core::run_to_end(task, threads); });
+  std::atomic<bool> is_over = false;
+  std::exception_ptr failure;
+  std::jthread renderer([&] {
+    try {
+      core::run_to_end(task, threads);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    is_over = true;
+  });
   auto next_show = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
-  while (!task.finished()) {
+  while (!is_over) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (g_interrupted != 0) {
       task.cancel();
@@ -83,6 +95,10 @@ void run_with_progress(core::RenderTask& task, int threads) {
       printer.show(facts_of(task.progress()));
       next_show = now + std::chrono::milliseconds(500);
     }
+  }
+  renderer.join();
+  if (failure) {
+    std::rethrow_exception(failure);
   }
 }
 
@@ -449,7 +465,13 @@ int run(const JobFlags& flags) {
     complain("render", parsed.error());
     return fault_code(parsed.error(), flags);
   }
-  const auto job = prepare_local_job(flags, *std::move(parsed), threads);
+  const auto job = [&]() -> core::Result<LocalJob> {
+    try {
+      return prepare_local_job(flags, *std::move(parsed), threads);
+    } catch (const std::bad_alloc&) {
+      return Error{ErrorCode::kTooLarge, "out of memory while loading it", flags.scene};
+    }
+  }();
   if (!job) {
     return complain("render", job.error());
   }

@@ -84,11 +84,18 @@ struct Accel::Impl {
   bool has_instances = false;  ///< that are not copied
   FewTriangles few{{}};        ///< replaces packets
   std::atomic<std::ptrdiff_t> bytes{0};
+  /// What Embree made stays, which is little without its trees: where the system had no memory for
+  /// its threads, Embree 3.13 ends the process when a scene is released.
+  bool is_lost = false;
 
   Impl() = default;
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ~Impl() {
+    if (is_lost) {
+      rtcSetDeviceMemoryMonitorFunction(device, nullptr, nullptr);
+      return;
+    }
     if (top != nullptr) {
       rtcReleaseScene(top);
     }
@@ -223,6 +230,20 @@ Ray ray_of(const RayPacket& rays, unsigned k) {
 
 }  // namespace
 
+namespace {
+
+Error no_memory() {
+  return {ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
+}
+
+Error without_device() {
+  return rtcGetDeviceError(nullptr) == RTC_ERROR_OUT_OF_MEMORY
+             ? no_memory()
+             : Error{ErrorCode::kInternal, "Embree could not create a device", ""};
+}
+
+}  // namespace
+
 Accel::Accel() : impl_(std::make_unique<Impl>()) {}
 Accel::~Accel() = default;
 
@@ -239,7 +260,7 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   }
   impl.device = rtcNewDevice(config.c_str());
   if (impl.device == nullptr) {
-    return Error{ErrorCode::kInternal, "Embree could not create a device", ""};
+    return without_device();
   }
   rtcSetDeviceMemoryMonitorFunction(impl.device, &count_memory, &impl.bytes);
   const Error stopped = {ErrorCode::kCancelled, "stopped while building the acceleration structure",
@@ -292,8 +313,9 @@ Result<std::unique_ptr<Accel>> Accel::build(std::span<const AccelGeometry> top_l
   if (stop.stop_requested()) {
     return stopped;
   }
-  if (error == RTC_ERROR_OUT_OF_MEMORY) {
-    return Error{ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
+  if (error == RTC_ERROR_UNKNOWN || error == RTC_ERROR_OUT_OF_MEMORY) {
+    impl.is_lost = true;
+    return no_memory();
   }
   if (error != RTC_ERROR_NONE) {
     return Error{ErrorCode::kInternal, "Embree error " + std::to_string(static_cast<int>(error)),

@@ -28,6 +28,65 @@ std::string folded_name(std::string_view name) {
   return out;
 }
 
+namespace {
+
+int hex_digit(char c) noexcept {
+  if (c >= '0' && c <= '9') {
+    return c - '0';
+  }
+  const char lower = static_cast<char>(c | 0x20);
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+std::string_view last_part(std::string_view name) {
+  return name.substr(name.find_last_of("/\\") + 1);
+}
+
+std::string near_key(std::string_view name) { return folded_name(percent_decode(last_part(name))); }
+
+}  // namespace
+
+std::string percent_decode(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size()) {
+      const int high = hex_digit(text[i + 1]);
+      const int low = hex_digit(text[i + 2]);
+      if (high >= 0 && low >= 0) {
+        decoded.push_back(static_cast<char>(high * 16 + low));
+        i += 2;
+        continue;
+      }
+    }
+    decoded.push_back(text[i]);
+  }
+  return decoded;
+}
+
+std::optional<std::string> plain_name(std::string_view name) {
+  std::string out;
+  if (name.starts_with('/')) {
+    return std::nullopt;
+  }
+  while (!name.empty()) {
+    const std::size_t end = std::min(name.find('/'), name.size());
+    const std::string_view part = name.substr(0, end);
+    name.remove_prefix(std::min(end + 1, name.size()));
+    if (part == "..") {
+      if (out.empty()) {
+        return std::nullopt;
+      }
+      const std::size_t parent = out.rfind('/');
+      out.resize(parent == std::string::npos ? 0 : parent);
+    } else if (!part.empty() && part != ".") {
+      out += out.empty() ? "" : "/";
+      out += part;
+    }
+  }
+  return out;
+}
+
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {
     utf8proc_int32_t point = 0;
@@ -48,6 +107,7 @@ void FileNames::add(const std::string& name) {
   if (!is_new) {
     place->second.reset();
   }
+  near_.emplace(near_key(name), name);
   ++count_;
 }
 
@@ -57,6 +117,16 @@ std::optional<std::size_t> FileNames::find(std::string_view name) const {
   }
   const auto alike = folded_.find(folded_name(name));
   return alike == folded_.end() ? std::nullopt : alike->second;
+}
+
+std::string FileNames::near(std::string_view name) const {
+  constexpr int kNamed = 3;
+  std::string out;
+  auto [at, end] = near_.equal_range(near_key(name));
+  for (int i = 0; i < kNamed && at != end; ++i, ++at) {
+    out += (i == 0 ? "; there is \"" : ", \"") + at->second + "\"";
+  }
+  return out;
 }
 
 }  // namespace core

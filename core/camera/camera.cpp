@@ -152,16 +152,7 @@ void Camera::set_planes(const CameraDescription& file, const Bounds& bounds) noe
   if (bounds.empty()) {
     return;
   }
-  float nearest = Ray{}.t_max;
-  float farthest = -Ray{}.t_max;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p = {(corner & 1) != 0 ? bounds.max.x : bounds.min.x,
-                    (corner & 2) != 0 ? bounds.max.y : bounds.min.y,
-                    (corner & 4) != 0 ? bounds.max.z : bounds.min.z};
-    const float depth = dot(p - eye_, forward_);
-    nearest = std::min(nearest, depth);
-    farthest = std::max(farthest, depth);
-  }
+  const auto [nearest, farthest] = extent_along(bounds, eye_, forward_);
   // A near plane behind the whole model is a default of scenes of another size.
   const bool cuts = file.near_m > nearest && file.near_m < farthest;
   near_m_ = cuts ? std::max(file.near_m, 0.0F) : 0.0F;

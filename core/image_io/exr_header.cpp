@@ -105,6 +105,7 @@ struct Part {
   bool is_deep = false;  // in a file of several parts
   bool is_cube = false;
   std::optional<Chromaticities> primaries;
+  std::uint8_t compression = 0;
 };
 
 // Reads one attribute with a known name into `part`.
@@ -135,6 +136,8 @@ bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& par
     part.chunks = u32(value, 0);
   } else if (name == "envmap" && type == "envmap") {
     part.is_cube = value[0] == std::byte{1};  // 0: latitude and longitude
+  } else if (name == "compression" && type == "compression") {
+    part.compression = std::to_integer<std::uint8_t>(value[0]);
   } else if (name == "chromaticities" && type == "chromaticities") {
     std::memcpy(part.primaries.emplace().data(), value.data(), value.size());
   }
@@ -231,7 +234,9 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
     if (!part) {
       return std::nullopt;
     }
-    header = header ? header : ExrHeader{.size = *part->size, .subsampled = {}};
+    header =
+        header ? header
+               : ExrHeader{.size = *part->size, .subsampled = {}, .compression = part->compression};
     header->subsampled = header->subsampled.empty() ? part->subsampled : header->subsampled;
     header->is_cube = header->is_cube || part->is_cube;
     header->primaries = header->primaries ? header->primaries : part->primaries;

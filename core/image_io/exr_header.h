@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -22,7 +23,8 @@ struct ExrHeader {
   std::string_view subsampled;
   bool is_cube = false;  ///< six faces of an environment, one below the other
   std::optional<Chromaticities> primaries = {};
-  bool is_whole = true;  ///< All chunks that the table names lie in the file.
+  std::uint8_t compression = 0;  ///< of the first part
+  bool is_whole = true;          ///< All chunks that the table names lie in the file.
 };
 
 /// Empty if a header is truncated, an attribute's size does not fit its type or the file, or a

@@ -61,6 +61,17 @@ Result<std::string_view> check_file(std::span<const std::byte> file, const Image
   return kind;
 }
 
+/// Returns the name of a compression that is newer than OpenEXR 3.1, which reads up to DWAB; else
+/// empty. Source: Imf::Compression of OpenEXR 3.4.
+std::string unread_compression(unsigned number) {
+  constexpr unsigned kDwab = 9;
+  constexpr unsigned kHtj2k256 = 10;
+  constexpr unsigned kHtj2k32 = 11;
+  return number <= kDwab                             ? ""
+         : number == kHtj2k256 || number == kHtj2k32 ? "HTJ2K"
+                                                     : "method " + std::to_string(number);
+}
+
 using Reader = Result<Image> (*)(std::span<const std::byte> file, const ImageLimits& limits);
 /// Readers of formats that need no module: header and pixels.
 struct OwnFormat {
@@ -91,7 +102,15 @@ Result<Image> read(std::span<const std::byte> file, const ImageLimits& limits,
   if (!codec) {
     return codec.error();
   }
-  return ((*codec)->*function)(*kind, file, limits);
+  auto image = ((*codec)->*function)(*kind, file, limits);
+  if (!image && *kind == "exr") {
+    if (const std::string unread = unread_compression(exr_header(file)->compression);
+        !unread.empty()) {
+      return invalid("the EXR is compressed with " + unread +
+                     ", which is not read here; save it with ZIP or PIZ compression");
+    }
+  }
+  return image;
 }
 
 /// Content: of bytes, from which a file is assembled.

@@ -44,7 +44,9 @@ std::vector<Rgb> radiance_of(const Image& image, AlphaUse alpha) {
   for (std::size_t at = 0; at < image.value_count(); at += channels) {
     const auto value = [&](std::size_t c) {
       const float stored = stored_value(image, at + (is_grey ? 0 : c));
-      return is_encoded ? linear_from_srgb(stored) : is_usable(stored) ? stored : 0.0F;
+      return is_encoded          ? linear_from_srgb(stored)
+             : is_usable(stored) ? std::min(stored, kRadianceMost)
+                                 : 0.0F;
     };
     const float divisor = divides ? stored_value(image, at + channels - 1) : 1.0F;
     const Rgb color = {value(0), value(1), value(2)};
@@ -71,24 +73,34 @@ std::string primaries_warning(std::span<const std::byte> file, const std::string
 
 std::string radiance_warning(std::span<const std::byte> file, const Image& image,
                              const std::string& what) {
-  const std::string primaries = primaries_warning(file, what);
+  std::string out = primaries_warning(file, what);
   if (image.type != PixelType::kF32) {
-    return primaries;
+    return out;
   }
   const auto channels = static_cast<std::size_t>(image.channels);
-  std::size_t count = 0;
+  std::size_t unusable = 0;
+  std::size_t large = 0;
   for (std::size_t at = 0; at < image.value_count(); at += channels) {
-    bool is_mended = false;
+    bool is_usable_texel = true;
+    bool is_large = false;
     for (std::size_t c = 0; c < colors_of(image); ++c) {
-      is_mended = is_mended || !is_usable(stored_value(image, at + c));
+      const float value = stored_value(image, at + c);
+      is_usable_texel = is_usable_texel && is_usable(value);
+      is_large = is_large || (is_usable(value) && value > kRadianceMost);
     }
-    count += is_mended ? 1U : 0U;
+    unusable += is_usable_texel ? 0U : 1U;
+    large += is_large ? 1U : 0U;
   }
-  return count == 0 ? primaries
-                    : primaries + (primaries.empty() ? "" : " ") + std::to_string(count) +
-                          (count == 1 ? " texel of " : " texels of ") + what +
-                          (count == 1 ? " has" : " have") +
-                          " negative, infinite or undefined values, which were set to 0.";
+  const auto count = [&](std::size_t texels, const char* faults) {
+    if (texels > 0) {
+      out += (out.empty() ? "" : " ") + std::to_string(texels) +
+             (texels == 1 ? " texel of " : " texels of ") + what +
+             (texels == 1 ? " has " : " have ") + faults;
+    }
+  };
+  count(unusable, "negative, infinite or undefined values, which were set to 0.");
+  count(large, "values above 1e18, which were set to that.");
+  return out;
 }
 
 }  // namespace core

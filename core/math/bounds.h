@@ -33,4 +33,23 @@ struct Bounds {
   }
 };
 
+struct Extent {
+  float least = Bounds::kInf;
+  float most = -Bounds::kInf;
+};
+
+/// Returns the extent of a box from a point along a direction.
+inline Extent extent_along(const Bounds& box, Vec3 from, Vec3 direction) noexcept {
+  Extent out;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = {(corner & 1) != 0 ? box.max.x : box.min.x,
+                    (corner & 2) != 0 ? box.max.y : box.min.y,
+                    (corner & 4) != 0 ? box.max.z : box.min.z};
+    const float at = dot(p - from, direction);
+    out.least = std::min(out.least, at);
+    out.most = std::max(out.most, at);
+  }
+  return out;
+}
+
 }  // namespace core

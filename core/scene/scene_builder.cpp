@@ -14,6 +14,7 @@
 #include "core/materials/material.h"
 #include "core/materials/shade.h"
 #include "core/math/numbers.h"
+#include "core/scene/camera_planes.h"
 #include "core/scene/check_geometry.h"
 #include "core/scene/crowding.h"
 #include "core/scene/divide_triangles.h"
@@ -57,6 +58,7 @@ class Builder {
     add_lights();
     placed_triangles_ -= added;
     find_solids(to_, {from_, instance_of_, top_level_});
+    check_planes(from_, bounds_);
     Bounds box = bounds_;
     box.add(ground_bounds_);
     box.add(moved_bounds_);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/cgroup.h"
+#include "core/base/file_names.h"
 #include "core/base/parallel_for.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/image_size.h"

@@ -14,15 +14,33 @@
 namespace core {
 namespace {
 
-// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
-int tangent_uv_set(const MaterialDescription& material) {
+// Returns the texture coordinates of normal maps, or -1 if the material has none.
+int normal_uv_set(const MaterialDescription& material) {
   for (const TextureDescription* texture :
        {&material.normal_texture, &material.clearcoat_normal_texture}) {
     if (texture->image >= 0) {
       return texture->uv_set;
     }
   }
-  return material.anisotropy != 0 ? material.anisotropy_texture.uv_set : -1;
+  return -1;
+}
+
+// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
+int tangent_uv_set(const MaterialDescription& material) {
+  const int set = normal_uv_set(material);
+  return set < 0 && material.anisotropy != 0 ? material.anisotropy_texture.uv_set : set;
+}
+
+// Turns the tangents of vertices whose normal maps are for the back of their triangles. A map seen
+// from the back has all of its normals reversed: so has one whose tangent, bitangent and normal
+// are.
+void turn_tangents(PrimitiveDescription& p, const std::vector<bool>& maps_back) {
+  for (std::size_t v = 0; v < (maps_back.empty() ? 0 : p.tangents.size()); ++v) {
+    Vec4& t = p.tangents[v];
+    if (maps_back[p.file_vertices.empty() ? v : p.file_vertices[v]]) {
+      t = {-t.x, -t.y, -t.z, t.w};
+    }
+  }
 }
 
 // Normalises normals; replaces unusable ones by the mean of the adjacent triangles.
@@ -83,54 +101,91 @@ void GltfMeshes::note_turned(const GltfPrimitive& primitive, const std::string& 
   }
 }
 
-Result<int> GltfMeshes::make(const MeshUse& use) {
-  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
-  MeshDescription description;
-  description.name = mesh.name;
-  const auto counts = scene_.mesh_primitives.begin();
-  const std::uint32_t first_id = std::accumulate(counts, counts + use.mesh, std::uint32_t{1});
+Result<std::vector<GltfMeshes::Part>> GltfMeshes::read_parts(int number) {
+  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(number)];
+  std::vector<Part> parts;
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
     const std::string where =
-        "/meshes/" + std::to_string(use.mesh) + "/primitives/" + std::to_string(i);
+        "/meshes/" + std::to_string(number) + "/primitives/" + std::to_string(i);
     const int material = material_of(mesh.primitives[i]);
     const auto uv_sets = material >= 0
                              ? scene_.materials[static_cast<std::size_t>(material)].uv_sets
                              : MaterialDescription{}.uv_sets;
-    const bool is_solid =
-        material >= 0 && scene_.materials[static_cast<std::size_t>(material)].bounds_solids();
-    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, is_solid, repairs_);
+    auto read = read_primitive(mesh.primitives[i], source_, where, uv_sets, repairs_);
     if (!read) {
       return read.error();
     }
     if (!read->has_value()) {
       continue;
     }
-    GltfPrimitive primitive = std::move(**read);
-    note_turned(primitive, mesh.name, where);
-    primitive.base.material = material;
-    primitive.base.id = first_id + static_cast<std::uint32_t>(i);
-    apply_morph_targets(primitive, use.weights);
-    if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
-      Status status = ok_status();
-      if (const std::size_t loose = without_joints(primitive); loose > 0) {
-        status = repairs_.mended("missing", where + "/attributes/WEIGHTS_0",
-                                 std::to_string(loose) + " vertices have only weights of 0",
-                                 "they follow the skin's first joint");
-      }
-      status = status ? apply_skin(primitive, use.joint_matrices, where) : status;
-      if (!status) {
-        return status.error();
-      }
-    } else if (use.baked != nullptr) {
-      apply_transform(primitive.base, *use.baked);
-    }
-    triangles_ += primitive.base.indices.size() / 3;
+    parts.push_back({static_cast<std::uint32_t>(i), where, std::move(**read)});
+    PrimitiveDescription& base = parts.back().primitive.base;
+    base.material = material;
+    triangles_ += base.indices.size() / 3;
     if (triangles_ > limits_.triangles_max) {
       return Error{ErrorCode::kTooLarge,
                    "more than " + std::to_string(limits_.triangles_max) + " triangles in the scene",
                    where};
     }
-    finish(primitive.base);
+  }
+  return parts;
+}
+
+void GltfMeshes::turn_sides(std::vector<Part>& parts, const std::string& mesh) {
+  std::vector<GltfPrimitive*> of_solids;
+  std::vector<PrimitiveDescription*> bases;
+  for (Part& part : parts) {
+    PrimitiveDescription& base = part.primitive.base;
+    if (base.material >= 0 &&
+        scene_.materials[static_cast<std::size_t>(base.material)].bounds_solids()) {
+      of_solids.push_back(&part.primitive);
+      bases.push_back(&base);
+    }
+  }
+  const std::vector<std::size_t> aligned = align_windings(bases);
+  for (std::size_t i = 0; i < aligned.size(); ++i) {
+    of_solids[i]->aligned = aligned[i];
+  }
+  for (Part& part : parts) {
+    turn_normals(part.primitive);
+    note_turned(part.primitive, mesh, part.where);
+  }
+}
+
+Status GltfMeshes::place(GltfPrimitive& primitive, const MeshUse& use, const std::string& where) {
+  apply_morph_targets(primitive, use.weights);
+  if (!use.joint_matrices.empty() && !primitive.joint_sets.empty()) {
+    Status status = ok_status();
+    if (const std::size_t loose = without_joints(primitive); loose > 0) {
+      status = repairs_.mended("missing", where + "/attributes/WEIGHTS_0",
+                               std::to_string(loose) + " vertices have only weights of 0",
+                               "they follow the skin's first joint");
+    }
+    return status ? apply_skin(primitive, use.joint_matrices, where) : status;
+  }
+  if (use.baked != nullptr) {
+    apply_transform(primitive.base, *use.baked);
+  }
+  return ok_status();
+}
+
+Result<int> GltfMeshes::make(const MeshUse& use) {
+  const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(use.mesh)];
+  MeshDescription description;
+  description.name = mesh.name;
+  const auto counts = scene_.mesh_primitives.begin();
+  const std::uint32_t first_id = std::accumulate(counts, counts + use.mesh, std::uint32_t{1});
+  auto parts = read_parts(use.mesh);
+  if (!parts) {
+    return parts.error();
+  }
+  turn_sides(*parts, mesh.name);
+  for (auto& [number, where, primitive] : *parts) {
+    primitive.base.id = first_id + number;
+    if (auto status = place(primitive, use, where); !status) {
+      return status.error();
+    }
+    finish(primitive);
     std::optional<PrimitiveDescription> backs = backs_of(primitive.base, mesh.name, where);
     description.primitives.push_back(std::move(primitive.base));
     if (backs) {
@@ -187,16 +242,24 @@ int GltfMeshes::material_of(const tinygltf::Primitive& primitive) const {
   return primitive.material;
 }
 
-void GltfMeshes::finish(PrimitiveDescription& primitive) const {
-  repair_normals(primitive);
-  if (has_tangents_ && primitive.tangents.empty() && primitive.material >= 0) {
-    const int uv_set =
-        tangent_uv_set(scene_.materials[static_cast<std::size_t>(primitive.material)]);
-    if (uv_set >= 0) {
-      make_tangents(primitive, uv_set);
-      primitive.tangent_uv_set = uv_set;
-    }
+void GltfMeshes::finish(GltfPrimitive& primitive) const {
+  PrimitiveDescription& base = primitive.base;
+  repair_normals(base);
+  if (!has_tangents_ || base.material < 0) {
+    return;
   }
+  const MaterialDescription& material = scene_.materials[static_cast<std::size_t>(base.material)];
+  const int normal_set = normal_uv_set(material);
+  if (primitive.turned > 0 && normal_set >= 0 &&
+      !base.uv[static_cast<std::size_t>(normal_set)].empty()) {
+    base.tangents.clear();  // Whether the file's bitangents were mirrored too is not known.
+  }
+  const int uv_set = tangent_uv_set(material);
+  if (base.tangents.empty() && uv_set >= 0) {
+    make_tangents(base, uv_set);
+    base.tangent_uv_set = uv_set;
+  }
+  turn_tangents(base, primitive.maps_back);
 }
 
 }  // namespace core

@@ -46,9 +46,21 @@ class GltfMeshes {
   Result<int> mesh_for(const MeshUse& use);
 
  private:
+  struct Part {
+    std::uint32_t number = 0;  ///< in the mesh
+    std::string where;
+    GltfPrimitive primitive;
+  };
+
   Result<int> make(const MeshUse& use);
+  /// Reads the primitives of a mesh that can be drawn.
+  Result<std::vector<Part>> read_parts(int mesh);
+  /// Turns triangles of solids, and then normals, to the side that is right.
+  void turn_sides(std::vector<Part>& parts, const std::string& mesh);
+  /// Moves the vertices by morph targets, skin or a singular transform.
+  Status place(GltfPrimitive& primitive, const MeshUse& use, const std::string& where);
   int material_of(const tinygltf::Primitive& primitive) const;
-  void finish(PrimitiveDescription& primitive) const;
+  void finish(GltfPrimitive& primitive) const;
   void note_turned(const GltfPrimitive& primitive, const std::string& mesh,
                    const std::string& where);
   /// Takes out the triangles that repeat others in the opposite winding, where that matters: those

@@ -1,6 +1,7 @@
 #include "core/scene_io/gltf_primitive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -9,7 +10,6 @@
 #include "core/scene_io/gltf_accessor.h"
 #include "core/scene_io/gltf_draco.h"
 #include "core/scene_io/gltf_model.h"
-#include "core/scene_io/windings.h"
 
 namespace core {
 namespace {
@@ -299,80 +299,48 @@ void repeat_vertices(GltfPrimitive& primitive, const Indices& vertices) {
   }
 }
 
-/// Turns the normals of triangles of which all three point to the back, as in mirrored exports. A
-/// vertex shared with other triangles is split. Bitangents, cross(n, t) * w, stay. Done before the
-/// vertices move, so that they are the same at all times.
-void turn_normals(GltfPrimitive& primitive) {
-  PrimitiveDescription& p = primitive.base;
-  if (p.normals.empty()) {
-    return;
+Vec3 area_vector(const PrimitiveDescription& p, std::size_t first) {
+  const Vec3 a = p.positions[p.indices[first]];
+  return cross(p.positions[p.indices[first + 1]] - a, p.positions[p.indices[first + 2]] - a);
+}
+
+/// Whether all three normals of a triangle point to its back.
+bool points_back(const PrimitiveDescription& p, std::size_t first) {
+  const std::uint32_t* const v = &p.indices[first];
+  const Vec3 a = p.positions[v[0]];
+  const Vec3 front = area_vector(p, first);
+  // Slivers, such as those at the poles of spheres, face anywhere: the ends of an edge are each
+  // rounded by sqrt(3) 2^-24 of their distance, which is at most `far`.
+  const float sides = length(p.positions[v[1]] - a) + length(p.positions[v[2]] - a);
+  const float far = length(a) + sides;
+  return length(front) > 0x1p-22F * far * sides &&
+         std::all_of(v, v + 3, [&](std::uint32_t i) { return dot(p.normals[i], front) < 0; });
+}
+
+/// Whether triangles surround a volume and face away from it: what is wrong there are the normals;
+/// of others the winding, which exports of mirrored meshes forget. triangles: their first indices.
+bool face_outwards(const PrimitiveDescription& p, const std::vector<std::size_t>& triangles) {
+  constexpr double kOpenMost = 0.05;  // of the area: a vessel with a neck
+  std::array<double, 3> sum = {};     // 0 of closed surfaces
+  double area = 0;
+  double volume = 0;
+  for (const std::size_t first : triangles) {
+    const Vec3 front = area_vector(p, first);
+    sum[0] += static_cast<double>(front.x);
+    sum[1] += static_cast<double>(front.y);
+    sum[2] += static_cast<double>(front.z);
+    area += static_cast<double>(length(front));
+    volume += static_cast<double>(
+        dot(p.positions[p.indices[first]] - p.positions[p.indices[triangles.front()]], front));
   }
-  const auto points_back = [&p](std::size_t i) {
-    const Vec3 a = p.positions[p.indices[i]];
-    const Vec3 edge1 = p.positions[p.indices[i + 1]] - a;
-    const Vec3 edge2 = p.positions[p.indices[i + 2]] - a;
-    const Vec3 front = cross(edge1, edge2);
-    // Slivers, such as those at the poles of spheres, face anywhere: the ends of an edge are each
-    // rounded by sqrt(3) 2^-24 of their distance, which is at most `far`.
-    const float sides = length(edge1) + length(edge2);
-    const float far = length(a) + sides;
-    return length(front) > 0x1p-22F * far * sides &&
-           std::all_of(&p.indices[i], &p.indices[i] + 3,
-                       [&](std::uint32_t v) { return dot(p.normals[v], front) < 0; });
-  };
-  std::vector<std::size_t> turned;  // the first indices of triangles
-  std::vector<bool> is_shared(p.positions.size(), false);
-  for (std::size_t i = 0; i + 2 < p.indices.size(); i += 3) {
-    if (points_back(i)) {
-      turned.push_back(i);
-      continue;
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      is_shared[p.indices[i + k]] = true;
-    }
-  }
-  primitive.turned = turned.size();
-  std::vector<bool> is_turned(p.positions.size(), false);
-  std::map<std::uint32_t, std::uint32_t> copies;
-  Indices copied;
-  for (const std::size_t first : turned) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& v = p.indices[first + k];
-      if (is_shared[v]) {
-        const auto next = static_cast<std::uint32_t>(p.positions.size() + copied.size());
-        const auto [it, is_new] = copies.try_emplace(v, next);
-        if (is_new) {
-          copied.push_back(v);
-          is_turned.push_back(true);
-        }
-        v = it->second;
-      } else {
-        is_turned[v] = true;
-      }
-    }
-  }
-  repeat_vertices(primitive, copied);
-  for (std::size_t v = 0; v < is_turned.size(); ++v) {
-    if (!is_turned[v]) {
-      continue;
-    }
-    p.normals[v] = -p.normals[v];
-    if (!p.tangents.empty()) {
-      p.tangents[v].w = -p.tangents[v].w;
-    }
-    for (MorphTarget& target : primitive.targets) {
-      if (!target.normals.empty()) {
-        target.normals[v] = -target.normals[v];
-      }
-    }
-  }
+  return std::hypot(sum[0], sum[1], sum[2]) <= kOpenMost * area && volume > 0;
 }
 
 }  // namespace
 
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
-                                                    std::array<int, 2> uv_sets, bool is_solid,
+                                                    std::array<int, 2> uv_sets,
                                                     GltfRepairs& repairs) {
   const std::optional<GltfPrimitive> nothing;
   const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
@@ -423,11 +391,66 @@ Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& p
     repairs.note("not_drawn", where, "a primitive without a triangle is not drawn");
     return nothing;
   }
-  if (is_solid) {
-    out.aligned = align_windings(out.base);
-  }
-  turn_normals(out);
   return std::optional<GltfPrimitive>(std::move(out));
+}
+
+void turn_normals(GltfPrimitive& primitive) {
+  PrimitiveDescription& p = primitive.base;
+  if (p.normals.empty()) {
+    return;
+  }
+  std::vector<std::size_t> turned;  // the first indices of triangles
+  std::vector<bool> is_shared(p.positions.size(), false);
+  for (std::size_t i = 0; i + 2 < p.indices.size(); i += 3) {
+    if (points_back(p, i)) {
+      turned.push_back(i);
+      continue;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      is_shared[p.indices[i + k]] = true;
+    }
+  }
+  primitive.turned = turned.size();
+  if (turned.empty()) {
+    return;
+  }
+  std::vector<bool> is_turned(p.positions.size(), false);
+  std::map<std::uint32_t, std::uint32_t> copies;
+  Indices copied;
+  for (const std::size_t first : turned) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& v = p.indices[first + k];
+      if (is_shared[v]) {
+        const auto next = static_cast<std::uint32_t>(p.positions.size() + copied.size());
+        const auto [it, is_new] = copies.try_emplace(v, next);
+        if (is_new) {
+          copied.push_back(v);
+          is_turned.push_back(true);
+        }
+        v = it->second;
+      } else {
+        is_turned[v] = true;
+      }
+    }
+  }
+  repeat_vertices(primitive, copied);
+  for (std::size_t v = 0; v < is_turned.size(); ++v) {
+    if (!is_turned[v]) {
+      continue;
+    }
+    p.normals[v] = -p.normals[v];
+    if (!p.tangents.empty()) {
+      p.tangents[v].w = -p.tangents[v].w;
+    }
+    for (MorphTarget& target : primitive.targets) {
+      if (!target.normals.empty()) {
+        target.normals[v] = -target.normals[v];
+      }
+    }
+  }
+  if (!face_outwards(p, turned)) {
+    primitive.maps_back = std::move(is_turned);
+  }
 }
 
 }  // namespace core

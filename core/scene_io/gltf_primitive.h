@@ -36,14 +36,21 @@ struct GltfPrimitive {
   std::vector<JointSet> joint_sets;
   std::size_t aligned = 0;  ///< triangles turned by align_windings()
   std::size_t turned = 0;   ///< triangles whose normals all pointed to the back, and were turned
+  /// Of each vertex: whether normal maps are for the back of its triangles; empty: for no vertex.
+  std::vector<bool> maps_back;
 };
 
-/// uv_sets: the TEXCOORD_n that become uv 0 and 1. is_solid: the surface bounds a volume. Returns
-/// empty for points and lines, and for primitives without a complete triangle (adds a warning).
-/// Errors at or below `where`: kInvalidArgument, kTooLarge.
+/// uv_sets: the TEXCOORD_n that become uv 0 and 1. Returns empty for points and lines, and for
+/// primitives without a complete triangle (adds a warning). Errors at or below `where`:
+/// kInvalidArgument, kTooLarge.
 Result<std::optional<GltfPrimitive>> read_primitive(const tinygltf::Primitive& primitive,
                                                     GltfSource& source, const std::string& where,
-                                                    std::array<int, 2> uv_sets, bool is_solid,
+                                                    std::array<int, 2> uv_sets,
                                                     GltfRepairs& repairs);
+
+/// Turns the normals of triangles of which all three point to the back, as in mirrored exports. A
+/// vertex shared with other triangles is split. Bitangents, cross(n, t) * w, stay. To be done
+/// before the vertices move, so that they are the same at all times.
+void turn_normals(GltfPrimitive& primitive);
 
 }  // namespace core

@@ -112,6 +112,7 @@ constexpr M texture(std::string_view name, TextureDescription D::*value) {
 }
 
 constexpr double kBig = 3.4e38;
+constexpr double kBright = 1e18;  // as kRadianceMost
 constexpr std::string_view kComponentTypes = "5120|5121|5122|5123|5125|5126";
 
 constexpr std::array kRoot = {object("asset", "asset", kRequired),
@@ -245,7 +246,7 @@ constexpr std::array kAnimationSampler = {index("input", "accessors", kRequired)
                                           index("output", "accessors", kRequired)};
 constexpr std::array kLights = {objects("lights", "light", kRequired)};
 constexpr std::array kLight = {numbers("color", 3, 0, 1),
-                               number("intensity", 0, kBig),
+                               number("intensity", 0, kBright),
                                string("type", kRequired, "directional|point|spot"),
                                number("range", 0, kBig),
                                object("spot", "spot"),
@@ -257,11 +258,11 @@ constexpr std::array kProfile = {string("uri"), index("bufferView", "bufferViews
                                  string("mimeType", false, "application/x-ies-lm-63"),
                                  string("name")};
 constexpr std::array kNodeProfile = {index("light", "light profiles", kRequired),
-                                     number("multiplier", 0, kBig), numbers("color", 3, 0, 1)};
+                                     number("multiplier", 0, kBright), numbers("color", 3, 0, 1)};
 constexpr std::array kImageLights = {objects("lights", "imageLight", kRequired)};
 constexpr std::array kImageLight = {string("name"),
                                     quaternion("rotation"),
-                                    number("intensity", 0, kBig),
+                                    number("intensity", 0, kBright),
                                     M{.name = "irradianceCoefficients",
                                       .kind = K::kNumberRows,
                                       .required = true,
@@ -290,7 +291,7 @@ constexpr std::array kMaterial = {object("pbrMetallicRoughness", "pbr"),
 constexpr std::array kPbr = {numbers("baseColorFactor", 4, 0, 1), texture("baseColorTexture"),
                              factor("metallicFactor"), factor("roughnessFactor"),
                              texture("metallicRoughnessTexture")};
-constexpr std::array kEmissiveStrength = {number("emissiveStrength", 0, kBig)};
+constexpr std::array kEmissiveStrength = {number("emissiveStrength", 0, kBright)};
 constexpr std::array kIor = {as(number("ior", 0, 1e4), &D::ior)};
 constexpr std::array kSpecular = {factor("specularFactor", &D::specular),
                                   texture("specularTexture", &D::specular_texture),

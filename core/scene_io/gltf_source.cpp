@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/file_names.h"
 #include "core/scene_io/gltf_meshopt.h"
 #include "core/scene_io/gltf_uri.h"
 
@@ -156,13 +157,17 @@ Result<GltfSource> GltfSource::open(const GltfTables& tables, const GltfContaine
     file = *std::move(bytes);
   }
   std::vector<std::string> missing;
+  std::vector<std::string> outside;
   for (const SideFile& file : side_files(tables, needed_images)) {
     if (file.required && source.absent_.contains(file.name)) {
       missing.push_back(file.name);
+      if (!plain_name(with_slashes(file.name))) {
+        outside.push_back(file.name);
+      }
     }
   }
   if (!missing.empty()) {
-    return missing_files("files that the scene refers to are missing", missing);
+    return missing_files(missing, outside);
   }
   return source;
 }

@@ -3,21 +3,16 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 
+#include "core/base/file_names.h"
 #include "core/base/invalid.h"
 
 namespace core {
 namespace {
 
 constexpr std::string_view kDataScheme = "data:";  // in any case: RFC 3986, 3.1
-
-int hex_digit(char c) noexcept {
-  if (c >= '0' && c <= '9') {
-    return c - '0';
-  }
-  const char lower = static_cast<char>(c | 0x20);
-  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-}
 
 int base64_digit(char c) noexcept {
   if (c >= 'A' && c <= 'Z') {
@@ -92,6 +87,21 @@ bool names_base64(std::string_view parameters) noexcept {
   return false;
 }
 
+/// Returns as many of the names as fit in 2 kB.
+std::string list_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kListBytes = 1900;
+  std::string list;
+  std::size_t named = 0;
+  while (named < names.size() && list.size() < kListBytes - 203) {
+    list += (named == 0 ? ": " : ", ") + shown_uri(names[named]);
+    ++named;
+  }
+  if (named < names.size()) {
+    list += ", and " + std::to_string(names.size() - named) + " more";
+  }
+  return list;
+}
+
 }  // namespace
 
 bool is_data_uri(std::string_view uri) noexcept {
@@ -111,41 +121,25 @@ Result<Bytes> decode_data_uri(std::string_view uri) {
   return Bytes(first, first + text.size());
 }
 
-std::string percent_decode(std::string_view text) {
-  std::string decoded;
-  decoded.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%' && i + 2 < text.size()) {
-      const int high = hex_digit(text[i + 1]);
-      const int low = hex_digit(text[i + 2]);
-      if (high >= 0 && low >= 0) {
-        decoded.push_back(static_cast<char>(high * 16 + low));
-        i += 2;
-        continue;
-      }
-    }
-    decoded.push_back(text[i]);
-  }
-  return decoded;
-}
-
 std::string shown_uri(std::string_view uri) {
   constexpr std::size_t kLongest = 200;
   return std::string(uri.substr(0, kLongest)) + (uri.size() > kLongest ? "..." : "");
 }
 
-Error missing_files(std::string_view words, const std::vector<std::string>& uris) {
-  constexpr std::size_t kListBytes = 3800;
-  std::string list;
-  std::size_t named = 0;
-  while (named < uris.size() && list.size() < kListBytes - 203) {
-    list += (named == 0 ? ": " : ", ") + shown_uri(uris[named]);
-    ++named;
+Error missing_files(const std::vector<std::string>& names,
+                    const std::vector<std::string>& outside) {
+  std::string text = outside.empty()
+                         ? ""
+                         : "files outside the folder of the scene are not read" + list_of(outside);
+  std::vector<std::string> others;
+  std::copy_if(names.begin(), names.end(), std::back_inserter(others), [&](const auto& name) {
+    return std::find(outside.begin(), outside.end(), name) == outside.end();
+  });
+  if (!others.empty()) {
+    text += (text.empty() ? "" : "; ") + std::string("files that the scene refers to are missing") +
+            list_of(others);
   }
-  if (named < uris.size()) {
-    list += ", and " + std::to_string(uris.size() - named) + " more";
-  }
-  return {ErrorCode::kMissingFiles, std::string(words) + list, ""};
+  return {ErrorCode::kMissingFiles, std::move(text), ""};
 }
 
 bool has_scheme(std::string_view uri) noexcept {

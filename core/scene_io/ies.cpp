@@ -1,9 +1,11 @@
 #include "core/scene_io/ies.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "core/base/invalid.h"
@@ -27,6 +29,24 @@ std::string_view trimmed(std::string_view text) {
   return begin == std::string_view::npos
              ? std::string_view()
              : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
+}
+
+std::string in_capitals(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return out;
+}
+
+/// Returns what stands after the `=` of a TILT line; empty for other lines.
+std::optional<std::string> tilt_of(std::string_view line) {
+  const std::string capitals = in_capitals(line);
+  const std::size_t equals = capitals.find('=');
+  if (equals == std::string::npos ||
+      trimmed(std::string_view(capitals).substr(0, equals)) != "TILT") {
+    return std::nullopt;
+  }
+  return std::string(trimmed(std::string_view(capitals).substr(equals + 1)));
 }
 
 class Reader {
@@ -185,25 +205,25 @@ struct Head {
 
 /// Reads up to the TILT line. From 1991 on the first line names the standard.
 Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& warnings) {
-  const std::string_view standard = in.line();
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  std::string_view line = in.line();
+  line.remove_prefix(line.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  const std::string standard = in_capitals(line);
   has_lamp_factor = !standard.starts_with("IESNA:LM-63-1995") &&
                     !standard.starts_with("IESNA:LM-63-2002") &&
                     !standard.starts_with("IES:LM-63-2019");
-  std::string_view line = standard;
-  while (!line.starts_with("TILT")) {
+  auto tilt = tilt_of(line);
+  while (!tilt) {
     if (in.at_end()) {
       return invalid("no line starts with TILT: not an IES LM-63 file");
     }
-    line = in.line();
+    tilt = tilt_of(in.line());
   }
-  const std::size_t equals = line.find('=');
-  const std::string_view tilt =
-      equals == std::string_view::npos ? "" : trimmed(line.substr(equals + 1));
-  if (tilt == "NONE") {
+  if (*tilt == "NONE") {
     return ok_status();
   }
   warnings.emplace_back("a light profile has factors for tilted lamps (TILT), which were ignored");
-  if (tilt != "INCLUDE") {
+  if (*tilt != "INCLUDE") {
     return ok_status();  // they are in another file
   }
   double geometry = 0;

@@ -34,13 +34,33 @@ struct Triangle {
   bool has_area() const { return corners[0] < corners[1] && corners[1] < corners[2]; }
 };
 
+/// Triangles of several primitives.
+struct Joined {
+  std::vector<Vec3> positions;
+  std::vector<std::uint32_t> indices;
+  std::vector<std::uint32_t> parts;  ///< of each triangle: the number of its primitive
+
+  explicit Joined(std::span<PrimitiveDescription* const> primitives) {
+    for (std::uint32_t part = 0; part < primitives.size(); ++part) {
+      const PrimitiveDescription& p = *primitives[part];
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      positions.insert(positions.end(), p.positions.begin(), p.positions.end());
+      for (const std::uint32_t i : p.indices) {
+        indices.push_back(first + i);
+      }
+      parts.resize(indices.size() / 3, part);
+    }
+  }
+};
+
 /// Edge i % 3 of triangle i / 3, its ends in increasing order. is_up: the triangle passes it so.
 struct Edge {
   Corner low, high;
+  std::uint32_t part = 0;
   std::uint32_t i = 0;
   bool is_up = true;
 
-  Edge(const PrimitiveDescription& p, std::uint32_t number) : i(number) {
+  Edge(const Joined& p, std::uint32_t number) : part(p.parts[number / 3]), i(number) {
     const Vec3 a = p.positions[p.indices[i]];
     const Vec3 b = p.positions[p.indices[i % 3 == 2 ? i - 2 : i + 1]];
     low = {a.x, a.y, a.z};
@@ -53,13 +73,14 @@ struct Edge {
   bool is_same(const Edge& other) const { return low == other.low && high == other.high; }
 };
 
-/// The triangle beyond each edge that no third one has.
+/// The triangle beyond each edge: in its primitive, if that has two there, or in another one, if
+/// each of two has one.
 struct Neighbours {
   static constexpr std::uint32_t kNone = 0xffffffffU;
   std::vector<std::uint32_t> triangle;  ///< kNone: there is none
   std::vector<bool> is_turned;          ///< both pass the edge the same way
 
-  explicit Neighbours(const PrimitiveDescription& p)
+  explicit Neighbours(const Joined& p)
       : triangle(p.indices.size(), kNone), is_turned(p.indices.size()) {
     std::vector<Edge> edges;
     edges.reserve(p.indices.size());
@@ -67,19 +88,34 @@ struct Neighbours {
       edges.emplace_back(p, i);
     }
     std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-      return std::tie(a.low, a.high, a.i) < std::tie(b.low, b.high, b.i);
+      return std::tie(a.low, a.high, a.part, a.i) < std::tie(b.low, b.high, b.part, b.i);
     });
+    std::vector<const Edge*> borders;  // of the primitives that share an edge
     for (std::size_t first = 0, end = 0; first < edges.size(); first = end) {
-      while (end < edges.size() && edges[end].is_same(edges[first])) {
+      while (end < edges.size() && edges[end].is_same(edges[first]) &&
+             edges[end].part == edges[first].part) {
         ++end;
       }
-      const Edge& a = edges[first];
-      const Edge& b = edges[end - 1];
-      if (end - first == 2 && a.low != a.high && a.i / 3 != b.i / 3) {
-        triangle[a.i] = b.i / 3;
-        triangle[b.i] = a.i / 3;
-        is_turned[a.i] = is_turned[b.i] = a.is_up == b.is_up;
+      if (end - first == 2) {
+        pair(edges[first], edges[first + 1]);
+      } else if (end - first == 1) {
+        borders.push_back(&edges[first]);
       }
+      if (end == edges.size() || !edges[end].is_same(edges[first])) {
+        if (borders.size() == 2) {
+          pair(*borders[0], *borders[1]);
+        }
+        borders.clear();
+      }
+    }
+  }
+
+ private:
+  void pair(const Edge& a, const Edge& b) {
+    if (a.low != a.high && a.i / 3 != b.i / 3) {
+      triangle[a.i] = b.i / 3;
+      triangle[b.i] = a.i / 3;
+      is_turned[a.i] = is_turned[b.i] = a.is_up == b.is_up;
     }
   }
 };
@@ -96,12 +132,13 @@ struct Surface {
 
 class Windings {
  public:
-  explicit Windings(PrimitiveDescription& primitive)
-      : primitive_(primitive),
-        neighbours_(primitive),
-        side_(primitive.indices.size() / 3, kUnknown) {}
+  explicit Windings(std::span<PrimitiveDescription* const> primitives)
+      : primitives_(primitives),
+        joined_(primitives),
+        neighbours_(joined_),
+        side_(joined_.parts.size(), kUnknown) {}
 
-  std::size_t run() {
+  std::vector<std::size_t> run() {
     for (std::uint32_t start = 0; start < side_.size(); ++start) {
       if (side_[start] == kUnknown) {
         surfaces_.push_back(connected_to(start));
@@ -109,14 +146,25 @@ class Windings {
       }
     }
     turn_outwards();
-    return static_cast<std::size_t>(std::count(turned_.begin(), turned_.end(), true));
+    std::vector<std::size_t> out;
+    std::size_t triangle = 0;
+    for (PrimitiveDescription* const p : primitives_) {
+      out.push_back(0);
+      for (std::size_t i = 0; i + 2 < p->indices.size(); i += 3, ++triangle) {
+        if (turned_[triangle]) {
+          std::swap(p->indices[i + 1], p->indices[i + 2]);
+          ++out.back();
+        }
+      }
+    }
+    return out;
   }
 
  private:
   enum Side : std::uint8_t { kUnknown, kFirst, kOther };
 
   Vec3 corner(std::uint32_t triangle, std::size_t k) const {
-    return primitive_.positions[primitive_.indices[3 * std::size_t{triangle} + k]];
+    return joined_.positions[joined_.indices[3 * std::size_t{triangle} + k]];
   }
 
   Surface connected_to(std::uint32_t start) {
@@ -145,7 +193,7 @@ class Windings {
   }
 
   void turn(std::uint32_t triangle) {
-    std::uint32_t* const v = &primitive_.indices[3 * std::size_t{triangle}];
+    std::uint32_t* const v = &joined_.indices[3 * std::size_t{triangle}];
     std::swap(v[1], v[2]);
     turned_[triangle] = !turned_[triangle];
   }
@@ -191,7 +239,8 @@ class Windings {
            b.max.y <= a.max.y && b.max.z <= a.max.z;
   }
 
-  PrimitiveDescription& primitive_;
+  std::span<PrimitiveDescription* const> primitives_;
+  Joined joined_;
   const Neighbours neighbours_;
   std::vector<Side> side_;
   std::vector<bool> turned_ = std::vector<bool>(side_.size());
@@ -200,7 +249,9 @@ class Windings {
 
 }  // namespace
 
-std::size_t align_windings(PrimitiveDescription& primitive) { return Windings(primitive).run(); }
+std::vector<std::size_t> align_windings(std::span<PrimitiveDescription* const> primitives) {
+  return Windings(primitives).run();
+}
 
 std::vector<bool> find_backs(const PrimitiveDescription& primitive) {
   std::vector<Triangle> all;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/description/scene_description.h"
@@ -18,8 +20,9 @@ std::vector<std::uint32_t> take_triangles(PrimitiveDescription& primitive,
 
 /// Turns triangles so that neighbours pass their common edge in opposite directions: of each
 /// connected surface the smaller side. Surfaces with one side only stay. Then turns closed surfaces
-/// that face inwards, if another one faces outwards and none surrounds them. Returns the number of
-/// triangles turned.
-std::size_t align_windings(PrimitiveDescription& primitive);
+/// that face inwards, if another one faces outwards and none surrounds them. Where a primitive
+/// ends, another one continues it if it has the same edge. Returns the number of triangles turned
+/// in each primitive.
+std::vector<std::size_t> align_windings(std::span<PrimitiveDescription* const> primitives);
 
 }  // namespace core

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include <netinet/in.h>
@@ -326,6 +327,10 @@ Response Connection::make_response(Request& request, const ParsedHead& parsed, R
     request.body_reader = &body;
   }
   return match.route->handler(request);
+} catch (const std::bad_alloc&) {
+  outcome.internal_error = "out of memory";
+  return problem_response(503, "the server has not enough memory for this request; try it later",
+                          request.path);
 } catch (const std::exception& error) {
   outcome.internal_error = error.what();
   return problem_response(500, "the server failed on this request", request.path);

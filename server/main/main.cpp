@@ -2,6 +2,7 @@
 // (clients/cli) executes it in place of itself.
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,6 +54,9 @@ int dispatch(std::span<char*> args) {
 int main(int argc, char** argv) {
   try {
     return cli::checked_output("tessera", dispatch({argv, static_cast<std::size_t>(argc)}));
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "tessera-server: out of memory\n");
+    return cli::kFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tessera-server: %s\n", error.what());
     return cli::kFailed;

@@ -77,9 +77,9 @@ std::optional<Response> refused_scene(const Request& request,
   if (added->missing.empty()) {
     return std::nullopt;
   }
-  api::Problem problem = api::from_error(
-      core::missing_files("files that the scene refers to are missing", added->missing));
-  for (const std::string& name : added->missing) {
+  api::Problem problem = api::from_error(core::missing_files(added->missing, added->outside));
+  for (std::size_t i = 0; i < added->missing.size(); ++i) {
+    const std::string& name = added->missing[i];
     if (problem.errors.size() == kMissingShown) {
       break;
     }
@@ -87,7 +87,11 @@ std::optional<Response> refused_scene(const Request& request,
     if (name.size() > kNameShown) {
       continue;
     }
-    problem.errors.push_back({api::join_pointer("/files", name), "is missing"});
+    const bool is_outside =
+        std::find(added->outside.begin(), added->outside.end(), name) != added->outside.end();
+    problem.errors.push_back(
+        {api::join_pointer("/files", name),
+         (is_outside ? "lies outside the folder of the scene" : "is missing") + added->near[i]});
   }
   return problem_answer(request, problem);
 }

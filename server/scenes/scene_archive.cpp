@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "server/scenes/zip_names.h"
@@ -12,31 +13,6 @@ namespace server {
 
 using core::Error;
 using core::ErrorCode;
-
-std::string path_in_archive(std::string_view document, std::string_view uri) {
-  const auto slash = document.rfind('/');
-  std::string path(slash == std::string_view::npos ? std::string_view()
-                                                   : document.substr(0, slash));
-  while (!uri.empty()) {
-    const auto next = uri.find('/');
-    const std::string_view part = uri.substr(0, next);
-    uri = next == std::string_view::npos ? std::string_view() : uri.substr(next + 1);
-    if (part.empty() || part == ".") {
-      continue;
-    }
-    if (part == "..") {
-      if (path.empty()) {
-        return {};
-      }
-      const auto parent = path.rfind('/');
-      path.resize(parent == std::string::npos ? 0 : parent);
-      continue;
-    }
-    path += path.empty() ? "" : "/";
-    path += part;
-  }
-  return path;
-}
 
 namespace {
 
@@ -55,6 +31,14 @@ std::string extension_of(std::string_view path) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
+}
+
+/// Resolves `uri` against the folder of `document`; empty when it leaves the archive.
+std::optional<std::string> path_in_archive(std::string_view document, std::string_view uri) {
+  const std::string_view folder = folder_of(document);
+  uri.remove_prefix(std::min(uri.find_first_not_of('/'), uri.size()));
+  return core::plain_name(folder.empty() ? std::string(uri)
+                                         : std::string(folder) + "/" + std::string(uri));
 }
 
 std::string stem_of(std::string_view path) {
@@ -154,13 +138,17 @@ ArchiveFiles::ArchiveFiles(const std::vector<ZipEntry>& entries, std::string doc
 
 const ZipEntry* ArchiveFiles::find(std::string_view name) const {
   for (const std::string& spelled : {std::string(name), core::with_slashes(name)}) {
-    const std::string path = path_in_archive(document_, spelled);
-    const auto found = path.empty() ? std::nullopt : names_.find(path);
+    const auto path = path_in_archive(document_, spelled);
+    const auto found = path ? names_.find(*path) : std::nullopt;
     if (found) {
       return entries_[*found];
     }
   }
   return nullptr;
+}
+
+bool ArchiveFiles::is_outside(std::string_view name) const {
+  return name.starts_with('/') || !path_in_archive(document_, core::with_slashes(name));
 }
 
 }  // namespace server

@@ -11,10 +11,6 @@
 
 namespace server {
 
-/// Resolves `uri` against the folder of `document`, removing `.` and `..`; empty when it leaves the
-/// archive.
-std::string path_in_archive(std::string_view document, std::string_view uri);
-
 /// Returns the only .glb or .gltf of an archive; of several, the one in the topmost folder, or of
 /// `glTF` beside `glTF-Binary` and other forms of the same model the latter. Errors:
 /// kInvalidArgument for none, and for several others.
@@ -27,6 +23,9 @@ class ArchiveFiles {
   /// name: a percent-decoded uri. Null if it leaves the archive, or no file or several have the
   /// name (core::FileNames).
   const ZipEntry* find(std::string_view name) const;
+  /// Whether a name leaves the archive.
+  bool is_outside(std::string_view name) const;
+  const core::FileNames& names() const noexcept { return names_; }
 
  private:
   std::string document_;

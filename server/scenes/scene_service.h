@@ -19,6 +19,7 @@
 #include "api/requests.h"
 #include "core/aovs/first_surfaces.h"
 #include "core/aovs/motion.h"
+#include "core/base/file_names.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
 #include "core/lights/environment.h"
@@ -86,6 +87,8 @@ class SceneService {
     /// Names of files that the scene needs besides, as gltf_files() gives them; then nothing was
     /// added.
     std::vector<std::string> missing = {};
+    std::vector<std::string> outside = {};  ///< those of them that lead out of the upload
+    std::vector<std::string> near = {};     ///< FileNames::near() of each
   };
   /// A file, and the lease of its memory.
   struct Upload {
@@ -200,6 +203,12 @@ class SceneService {
   struct FindFile {
     std::function<bool(std::string_view name)> has;
     std::function<core::Result<core::SharedBytes>(std::string_view name, MemoryGate::Lease&)> read;
+    const core::FileNames& names;
+    std::function<bool(std::string_view name)> is_outside = leads_out;
+
+    static bool leads_out(std::string_view name) {
+      return !core::plain_name(core::with_slashes(name));
+    }
   };
   static std::string cache_key(const std::string& id, const core::SceneMoment& moment,
                                const SceneStand& stand);

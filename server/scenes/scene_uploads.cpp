@@ -7,7 +7,6 @@
 #include "api/json/json.h"
 #include "core/base/file_names.h"
 #include "core/base/sha256.h"
-#include "core/scene_io/gltf_uri.h"
 #include "server/observe/clock.h"
 #include "server/scenes/scene_archive.h"
 #include "server/scenes/scene_facts.h"
@@ -191,6 +190,10 @@ core::Result<SceneService::Added> SceneService::add_with_files(core::SharedBytes
   for (const std::string& name : *names) {
     if (!find.has(name)) {
       added.missing.push_back(name);
+      added.near.push_back(find.names.near(name));
+      if (find.is_outside(name)) {
+        added.outside.push_back(name);
+      }
       continue;
     }
     auto bytes = find.read(name, lease);
@@ -233,7 +236,8 @@ core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
         }
         const auto* bytes = reinterpret_cast<const std::byte*>(content.data());
         return std::make_shared<const core::Bytes>(bytes, bytes + content.size());
-      }};
+      },
+      names};
   return add_with_files(std::make_shared<const core::Bytes>(std::move(document.content)), files,
                         std::move(document.lease), origin);
 }
@@ -273,7 +277,9 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
   const FindFile find = {[&files](std::string_view name) { return files.find(name) != nullptr; },
                          [&](std::string_view name, MemoryGate::Lease& lease) {
                            return unpack(*files.find(name), lease);
-                         }};
+                         },
+                         files.names(),
+                         [&files](std::string_view name) { return files.is_outside(name); }};
   return add_with_files(*std::move(document), find, std::move(upload.lease), origin);
 }
 
@@ -324,12 +330,24 @@ core::Result<SceneService::Added> SceneService::add_from_assets(const api::Scene
   for (const auto& [uri, asset] : request.files) {
     spelled[uri] = uri;
   }
-  const FindFile find = {[&spelled](std::string_view name) { return spelled.contains(name); },
+  core::FileNames names;
+  std::vector<std::string> uris;
+  for (const auto& [name, uri] : spelled) {
+    names.add(name);
+    uris.push_back(uri);
+  }
+  const auto place_of = [&names](std::string_view name) {
+    const auto exact = names.find(name);
+    const auto plain = exact ? std::nullopt : core::plain_name(core::with_slashes(name));
+    return plain ? names.find(*plain) : exact;
+  };
+  const FindFile find = {[&](std::string_view name) { return place_of(name).has_value(); },
                          [&](std::string_view name, MemoryGate::Lease& memory) {
-                           const std::string& uri = spelled.find(name)->second;
+                           const std::string& uri = uris[*place_of(name)];
                            return read(request.files.at(uri), api::join_pointer("/files", uri),
                                        memory);
-                         }};
+                         },
+                         names};
   return add_with_files(*std::move(main), find, *std::move(lease), origin);
 }
 

@@ -11,7 +11,7 @@ import tempfile
 import threading
 
 from harness import (BINARY, ApiTest, hdr_image, job_body, png_data, png_pixels, started, tessera,
-                     triangle_glb)
+                     triangle_document, triangle_glb)
 
 
 class CommandLine(ApiTest):
@@ -345,6 +345,23 @@ class CommandLine(ApiTest):
             os.remove(self.job_file)
         self.write_job("{}")
         self.assertEqual(self.outcome("render", "--sampler", "dice", "--job", self.job_file)[0], 2)
+
+    def test_too_little_memory_is_1_and_said(self):
+        limited = ("sh", "-c", 'ulimit -v 900000; exec "$@"', "sh", BINARY, "render")
+        starts = subprocess.run([*limited, "--help"], capture_output=True, check=False)
+        if starts.returncode != 0:
+            self.skipTest("this build reserves more address space at its start")
+        vertices = 30_000_000
+        scene = os.path.join(os.path.dirname(self.picture), "large.gltf")
+        document = triangle_document()
+        document["accessors"] = [{"componentType": 5126, "count": vertices, "type": "VEC3",
+                                  "min": [0, 0, 0], "max": [0, 0, 0]}]
+        with open(scene, "w", encoding="utf-8") as file:
+            json.dump({k: v for k, v in document.items() if not k.startswith("buffer")}, file)
+        done = subprocess.run([*limited, scene, "-o", self.picture, "--size", "8x8"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("memory", done.stderr)
 
     def test_image_has_an_error_with_an_interval(self):
         small = ("furnace", "-o", self.picture, "--size", "32x24", "--spp", "64", "--json")

@@ -73,7 +73,7 @@ def coloured_ply():
                lambda _: " 188 55 0")
 
 
-def threemf(unit="inch", colour="#BC3700"):
+def threemf(unit="inch", colour="#BC3700", transform="1 0 0 0 1 0 0 0 1 0 0 0"):
     vertices = "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*c) for c in CORNERS)
     triangles = "".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*t) for t in TRIANGLES)
     model = (f'<?xml version="1.0" encoding="UTF-8"?><model unit="{unit}" xml:lang="en-US" '
@@ -81,7 +81,7 @@ def threemf(unit="inch", colour="#BC3700"):
              f'<basematerials id="1"><base name="paint" displaycolor="{colour}"/></basematerials>'
              f'<object id="2" type="model" pid="1" pindex="0"><mesh><vertices>{vertices}</vertices>'
              f"<triangles>{triangles}</triangles></mesh></object></resources>"
-             '<build><item objectid="2"/></build></model>')
+             f'<build><item objectid="2" transform="{transform}"/></build></model>')
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("[Content_Types].xml", '<?xml version="1.0"?><Types xmlns="http://schemas.'
@@ -108,6 +108,47 @@ FILES = {"binary.stl": (stl_binary(), z_up(0.001), "millimetres"),
          "box.obj": (obj(), Y_UP, "metres, y up"),
          "box.ply": (ply(), z_up(1), "metres, z up"),
          "box.3mf": (threemf(), z_up(0.0254), "inch")}
+
+
+TRIANGLE_OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+# Text that other programs read: name, content, triangles, words of a note.
+MENDED = (
+    ("comment.obj", TRIANGLE_OBJ + b"f 1 2 3 # a comment\nf 1 2 4#another\n", 2, ""),
+    ("indented.obj", b" v 0 0 0\n\tv 1 0 0 # x\n v 0 1 0\n  f 1 2 3\n", 1, ""),
+    ("continued.obj", TRIANGLE_OBJ + b"f 1 2 \\\n 3\n", 1, ""),
+    ("short.obj", TRIANGLE_OBJ + b"f 1 2\nf 1\nf 1 2 3\n", 1, "three corners are left out: 2"),
+    ("BOX.OBJ", obj(), 12, "metres"),
+    ("BOX.STL", stl_text(), 12, "millimetres"),
+    ("BOX.PLY", ply(), 12, "metres"),
+    ("upper.stl", stl_text().upper(), 12, ""),
+    ("blank.stl", b"\n\n" + stl_text().replace(b"\n", b"\n  \n"), 12, ""),
+)
+BINARY_PLY = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+    b"property float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    + b"".join(struct.pack("<3f", *c) for c in CORNERS)
+    + b"".join(struct.pack("<B3i", 3, *t) for t in TRIANGLES))
+NAN = struct.pack("<f", float("nan"))
+# Files that are refused, and why.
+REFUSED = (
+    ("nan.obj", b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: nan is not a finite number"),
+    ("inf.obj", b"\n v 0 0 -Inf\nf 1 1 1\n", "line 2: -Inf is not a finite number"),
+    ("nan.stl", stl_text().replace(b"2 0 0", b"NaN 0 0", 1), "line 13: NaN is not a finite number"),
+    ("nan.stl", stl_binary()[:146] + NAN + stl_binary()[150:],
+     "triangle 2: a coordinate is not a finite number"),
+    ("nan.ply", ply().replace(b"\n2 0 0\n", b"\nnan 0 0\n", 1),
+     "line 11: a coordinate is not a finite number"),
+    ("nan.ply", BINARY_PLY[:-156 - 96] + NAN + BINARY_PLY[-156 - 92:],
+     "row 1 of the 8 of element vertex: a coordinate is not a finite number"),
+    ("cut.ply", BINARY_PLY[:60], "the file ends before its header does"),
+    ("cut.ply", BINARY_PLY[:-156 - 1], "the file ends in row 8 of the 8 of element vertex"),
+    ("cut.ply", BINARY_PLY[:-1], "the file ends in row 12 of the 12 of element face"),
+    ("cut.ply", ply()[:-10], "the file ends in row 11 of the 12 of element face"),
+    ("lines.obj", TRIANGLE_OBJ + b"f 1 2\n", "it has no triangles"),
+    ("five.3mf", threemf(transform="1 0 0 0 1"), 'the transform "1 0 0 0 1" is not 12 numbers'),
+    ("none.3mf", threemf(transform=""), 'the transform "" is not 12 numbers'),
+    ("word.3mf", threemf(transform="1 0 0 0 1 0 0 0 x 0 0 0"), "is not 12 numbers"),
+)
 
 
 def png_image(width, height, rgb):
@@ -243,6 +284,41 @@ class Convert(ApiTest):
         _, said = self.material_of(b"map_Kd wood.png\nKa 1 1 1\nKs 1 1 1\nNi 1.45\nillum 2\n",
                                    **wood)
         self.assertNotIn("left out", said)
+
+    def test_what_other_programs_read_is_read(self):
+        for name, content, triangles, words in MENDED:
+            with self.subTest(name):
+                data, said = self.converted(name, content)
+                document = document_of(data)
+                counts = [document["accessors"][p["indices"]]["count"]
+                          for m in document["meshes"] for p in m["primitives"]]
+                self.assertEqual(sum(counts), 3 * triangles)
+                self.assertIn(words, said)
+
+    def test_an_obj_may_name_several_libraries_at_once(self):
+        both = TRIANGLE_OBJ + b"mtllib a.mtl b.mtl\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\n"
+        libraries = {"a.mtl": b"newmtl red\nKd 1 0 0\n", "b.mtl": b"newmtl blue\nKd 0 0 1\n"}
+        data, said = self.converted("both.obj", both, **libraries)
+        self.assertNotIn("missing", said)
+        colours = [m["pbrMetallicRoughness"]["baseColorFactor"]
+                   for m in document_of(data)["materials"]]
+        self.assertEqual(colours, [[1, 0, 0, 1], [0, 0, 1, 1]])
+        spaced = both.replace(b"a.mtl b.mtl", b"my box.mtl")
+        data, said = self.converted("one.obj", spaced,
+                                    **{"my box.mtl": b"".join(libraries.values())})
+        self.assertNotIn("missing", said)
+        self.assertEqual(len(document_of(data)["materials"]), 2)
+
+    def test_damaged_files_are_refused_with_the_place_of_the_damage(self):
+        for name, content, why in REFUSED:
+            with self.subTest(name=name, why=why):
+                (self.folder / name).write_bytes(content)
+                code, _, said = tessera("convert", self.folder / name, "-o", self.folder / "x.glb")
+                self.assertEqual(code, 1, said)
+                self.assertIn(why, said)
+                answer = self.upload(name, content)
+                self.assertEqual(answer.status, 422, answer)
+                self.assertIn(why, answer.json()["detail"])
 
     def test_numbers_may_begin_with_a_dot(self):
         corners = b"v 0 0 0\nv 1 .5 0\nv 0 1 -.5\nv 5 5 5\nvt .5 .5\nf 1/1 2/1 3/1\n"

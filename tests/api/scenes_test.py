@@ -98,6 +98,30 @@ class Scenes(ApiTest):
         )
         self.assertEqual(answer.status, 201, answer)
 
+    def test_files_outside_are_told_first_and_names_alike_are_named(self):
+        images = {"images": [{"uri": "../a.png"}], "textures": [{"source": 0}],
+                  "materials": [{"normalTexture": {"index": 0}}],
+                  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}]}
+        gltf = self.asset(json.dumps(triangle_document("parts/points.bin", **images)).encode())
+        other = self.asset(b"other")
+        answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {"Points.BIN": other}})
+        problem = self.assert_problem(answer, 424)
+        self.assertEqual(problem["detail"],
+                         "files outside the folder of the scene are not read: ../a.png; "
+                         "files that the scene refers to are missing: parts/points.bin")
+        details = {e["pointer"]: e["detail"] for e in problem["errors"]}
+        self.assertEqual(details["/files/..~1a.png"], "lies outside the folder of the scene")
+        self.assertEqual(details["/files/parts~1points.bin"],
+                         'is missing; there is "Points.BIN"')
+
+    def test_names_in_files_are_found_as_in_archives(self):
+        points = self.asset(TRIANGLE)
+        for uri, name in (("./sub/../points.bin", "points.bin"), ("Points.BIN", "points.bin"),
+                          ("parts\\points.bin", "parts/points.bin")):
+            gltf = self.asset(json.dumps(triangle_document(uri)).encode())
+            answer = self.server.post("/v1/scenes", {"gltf": gltf, "files": {name: points}})
+            self.assertIn(answer.status, (200, 201), answer)
+
     def test_gltf_alone_that_refers_to_files_is_424(self):
         body = json.dumps(triangle_document("points.bin")).encode()
         self.assert_problem(self.server.post("/v1/scenes", body, GLTF), 424)

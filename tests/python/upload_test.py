@@ -117,6 +117,10 @@ class Uploads(ServerTest):
                 packed.namelist(), ["box.obj", "Two Words.mtl", "wood.png", "bumps.png"]
             )
             self.assertEqual(packed.read("wood.png"), b"wood.png")
+        for name in ("a.mtl", "b.mtl"):
+            (folder / name).write_bytes(b"")
+        path.write_bytes(b"mtllib a.mtl b.mtl\n")
+        self.assertEqual(list(_upload.obj_files(path)), ["box.obj", "b.mtl", "a.mtl"])
         path.write_bytes(b"v 0 0 0\n")
         self.assertEqual(_upload.single_file_call(path, ".obj").content, path)
 
@@ -148,7 +152,10 @@ class Uploads(ServerTest):
         secret = self.folder / "secret.bin"
         secret.write_bytes(b"secret" + TRIANGLE)
         (inner / "link.bin").symlink_to(secret)
-        for uri in ("../secret.bin", "%2e%2e/secret.bin", str(secret), "link.bin"):
+        for uri in (
+            "../secret.bin", "../gone.bin", "%2e%2e/secret.bin", "..\\secret.bin", str(secret),
+            "link.bin",
+        ):
             path = inner / "model.gltf"
             path.write_text(json.dumps(triangle_document(uri=uri)))
             with self.assertRaisesRegex(tessera_render.TesseraError, "own folder"):

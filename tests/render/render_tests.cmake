@@ -44,6 +44,7 @@ list(APPEND RENDER_TEST_SOURCES
   gltf_glass_test.cpp
   gltf_lights_test.cpp
   gltf_materials_test.cpp
+  gltf_mirrored_test.cpp
   gltf_planes_test.cpp
   gltf_terminator_test.cpp
   gltf_texture_slots_test.cpp

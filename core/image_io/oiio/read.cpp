@@ -109,6 +109,13 @@ Result<OpenedImage> open_image(std::string_view kind, std::span<const std::byte>
     return invalid("an image of " + std::to_string(spec.width) + "x" + std::to_string(spec.height) +
                    " pixels and " + std::to_string(spec.nchannels) + " channels cannot be read");
   }
+  for (const int channel : opened.channels) {
+    if (kind == "exr" && spec.channelformat(channel) == OIIO::TypeDesc::UINT32) {
+      return invalid("channel \"" + spec.channelnames[static_cast<std::size_t>(channel)] +
+                     "\" of the EXR has unsigned integers, which are ids and no light; save it as "
+                     "half or float");
+    }
+  }
   PixelType type = pixel_type(spec.channelformat(opened.channels[0]));
   for (const int channel : opened.channels) {
     type = pixel_type(spec.channelformat(channel)) == type ? type : PixelType::kF32;

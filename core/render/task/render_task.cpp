@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <limits>
 #include <thread>
 #include <utility>
 
 #include "core/base/mutex.h"
+#include "core/base/parallel_for.h"
 #include "core/integrators/census.h"
 #include "core/integrators/registry.h"
 #include "core/render/picture/light_not_found.h"
@@ -485,18 +487,21 @@ const Film& RenderTask::film() const noexcept { return *impl_->film; }
 const Renderer& RenderTask::renderer() const noexcept { return *impl_->renderer; }
 
 void run_to_end(RenderTask& task, int threads) {
-  std::vector<std::jthread> pool;
-  for (int i = 0; i < threads; ++i) {
-    pool.emplace_back([&task] {
-      while (!task.finished()) {
+  std::atomic<bool> has_failed = false;  // The slice of a failed thread never ends.
+  parallel_for(threads)(threads, [&](int) {
+    try {
+      while (!has_failed && !task.finished()) {
         if (const auto slice = task.take()) {
           task.run(*slice);
         } else {
           std::this_thread::sleep_for(std::chrono::microseconds(100));
         }
       }
-    });
-  }
+    } catch (...) {
+      has_failed = true;
+      throw;
+    }
+  });
 }
 
 }  // namespace core

@@ -5,6 +5,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <unistd.h>
@@ -37,12 +38,12 @@ void say(std::string_view begin, const std::string& text) {
 }
 
 int convert(const std::string& extension) {
-  const std::vector<core::ModelFile> files = read_files();
+  std::vector<core::ModelFile> files = read_files();
   if (files.empty() || !core::confine()) {
     say(core::kErrorLine, files.empty() ? "no file" : "the system allows no seccomp filter");
     return 1;
   }
-  const core::ReadModel model = core::read_model(extension, files);
+  const core::ReadModel model = core::read_model(extension, std::move(files));
   for (const std::string& note : model.notes) {
     say(core::kNoteLine, note);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -21,9 +20,12 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <nlohmann/json.hpp>
-#include <zlib.h>
 
 #include "core/color/srgb.h"
+#include "core/scene_io/assimp/check_ply.h"
+#include "core/scene_io/assimp/mend_text.h"
+#include "core/scene_io/assimp/read_3mf.h"
+#include "core/scene_io/assimp/words.h"
 #include "core/scene_io/glb_writer.h"
 #include "core/scene_io/gltf_json.h"
 
@@ -32,6 +34,7 @@ namespace {
 
 constexpr int kF32 = 5126;
 constexpr int kU32 = 5125;
+constexpr const char* kNoTriangles = "it has no triangles";
 constexpr int kDepthMost = 64;  ///< of nodes
 constexpr std::size_t kNodesMost = 1'000'000;
 
@@ -52,35 +55,6 @@ constexpr std::array kConventions = {
     Convention{"ply", "PLY has neither unit nor axes: read as metres, z up.", 1, true},
     Convention{"3mf", "", 0.001, true, true},
 };
-
-std::string_view last_part(std::string_view name) {
-  return name.substr(name.find_last_of("/\\") + 1);
-}
-
-bool is_same_name(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [&](char x, char y) { return lower(x) == lower(y); });
-}
-
-/// libassimp takes a word of OBJ for a number only if it begins with a digit or a sign: ".5"
-/// becomes "0.5".
-Bytes with_leading_zeros(const Bytes& text) {
-  const auto is = [&text](std::size_t at, auto what) {
-    return at < text.size() && what(std::to_integer<int>(text[at])) != 0;
-  };
-  const auto is_space = [](int c) { return c == ' ' || c == '\t'; };
-  const auto is_digit = [](int c) { return std::isdigit(c); };
-  Bytes out;
-  out.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == std::byte{'.'} && i > 0 && is(i - 1, is_space) && is(i + 1, is_digit)) {
-      out.push_back(std::byte{'0'});
-    }
-    out.push_back(text[i]);
-  }
-  return out;
-}
 
 /// Keywords of materials that are read. Ka, light from nowhere, has no counterpart;
 /// Ks, Ni and Tf count where illum says so.
@@ -166,56 +140,8 @@ std::optional<double> metres_of(std::string_view unit) {
   return found == kUnits.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Returns the first 64 KiB of an entry of a zip archive (APPNOTE.TXT 6.3.3, 4.3.7 and 4.3.12);
-/// empty if it is not there. libassimp reads the archive, but tells no unit.
-std::string start_of_entry(std::string_view zip, std::string_view name) {
-  const auto number = [&zip](std::size_t at, std::size_t bytes) {
-    std::size_t value = 0;
-    for (std::size_t i = bytes; i-- > 0;) {
-      value = value << 8U | (at + i < zip.size() ? static_cast<unsigned char>(zip[at + i]) : 0U);
-    }
-    return value;
-  };
-  for (std::size_t at = zip.find("PK\x01\x02"); at != std::string_view::npos;
-       at = zip.find("PK\x01\x02", at + 4)) {
-    if (zip.substr(std::min(at + 46, zip.size()), number(at + 28, 2)) != name) {
-      continue;
-    }
-    const std::size_t local = number(at + 42, 4);
-    const std::size_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
-    const std::string_view packed = zip.substr(std::min(begin, zip.size()), number(at + 20, 4));
-    std::string text(65536, '\0');
-    if (number(at + 10, 2) == 0) {  // stored
-      return std::string(packed.substr(0, text.size()));
-    }
-    z_stream stream{};
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());
-    stream.next_out = reinterpret_cast<Bytef*>(text.data());
-    stream.avail_out = static_cast<uInt>(text.size());
-    if (inflateInit2(&stream, -MAX_WBITS) == Z_OK) {
-      inflate(&stream, Z_SYNC_FLUSH);
-      text.resize(stream.total_out);
-      inflateEnd(&stream);
-      return text;
-    }
-  }
-  return "";
-}
-
-/// Returns the unit that a 3MF names in its first element; libassimp leaves lengths as they are.
-std::string unit_of_3mf(const Bytes& file) {
-  const std::string text =
-      start_of_entry({reinterpret_cast<const char*>(file.data()), file.size()}, "3D/3dmodel.model");
-  const std::size_t model = text.find("<model");
-  const std::string head =
-      model == std::string::npos ? "" : text.substr(model, text.find('>', model) - model);
-  const std::size_t unit = head.find("unit=");
-  if (unit == std::string::npos || unit + 6 > head.size()) {
-    return "millimeter";  // the specification's default
-  }
-  const std::size_t end = head.find(head[unit + 5], unit + 6);
-  return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
+bool is_finite(const aiVector3D& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 class Writer {
@@ -227,7 +153,11 @@ class Writer {
   /// Returns an error text.
   std::string write() {
     for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
-      meshes_.push_back(add_mesh(*scene_.mMeshes[i]));
+      const aiMesh& mesh = *scene_.mMeshes[i];
+      if (!std::all_of(mesh.mVertices, mesh.mVertices + mesh.mNumVertices, is_finite)) {
+        return std::string("a coordinate of '") + mesh.mName.C_Str() + "' is not a finite number";
+      }
+      meshes_.push_back(add_mesh(mesh));
     }
     aiMatrix4x4 root;
     const auto s = static_cast<ai_real>(metres_);
@@ -237,7 +167,7 @@ class Writer {
       return "its objects are nested deeper than " + std::to_string(kDepthMost) +
              " levels, or are more than " + std::to_string(kNodesMost);
     }
-    return nodes_ > 0 ? "" : "it has no triangles";
+    return nodes_ > 0 ? "" : kNoTriangles;
   }
   /// notes: kept in the file, so that the same file has the same ones.
   Bytes finish(const std::vector<std::string>& notes) {
@@ -511,9 +441,19 @@ class Writer {
   std::size_t nodes_ = 0;
 };
 
+/// Rewrites and checks the first file; libassimp checks less. Returns an error text; empty: none.
+std::string mend(const std::string& extension, std::vector<ModelFile>& files,
+                 std::vector<std::string>& notes) {
+  Bytes& content = files.front().content;
+  return extension == "obj"   ? mend_obj(files, notes)
+         : extension == "stl" ? mend_stl(content)
+         : extension == "ply" ? check_ply(content)
+                              : check_3mf(content);
+}
+
 }  // namespace
 
-ReadModel read_model(const std::string& extension, const std::vector<ModelFile>& files) {
+ReadModel read_model(const std::string& extension, std::vector<ModelFile> files) {
   ReadModel out;
   const auto* convention =
       std::find_if(kConventions.begin(), kConventions.end(),
@@ -522,12 +462,11 @@ ReadModel read_model(const std::string& extension, const std::vector<ModelFile>&
     out.fault = "its format is not known";
     return out;
   }
-  std::vector<ModelFile> given;
-  if (extension == "obj") {
-    given = files;
-    given.front().content = with_leading_zeros(given.front().content);
+  out.fault = mend(extension, files, out.notes);
+  if (!out.fault.empty()) {
+    return out;
   }
-  auto* const system = new Files(given.empty() ? files : given);
+  auto* const system = new Files(files);
   Assimp::Importer importer;
   importer.SetIOHandler(system);  // which the importer deletes
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
@@ -541,6 +480,10 @@ ReadModel read_model(const std::string& extension, const std::vector<ModelFile>&
                 aiProcess_SortByPType | aiProcess_ValidateDataStructure);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     out.fault = importer.GetErrorString();
+    if (out.fault.find("mNumMeshes is 0") != std::string::npos ||
+        out.fault.find("contains no faces") != std::string::npos) {
+      out.fault = kNoTriangles;
+    }
     return out;
   }
   double metres = convention->metres;

@@ -22,6 +22,6 @@ struct ReadModel {
 
 /// extension: stl, obj, ply or 3mf, of the first file. The others are found by the last part of
 /// their names.
-ReadModel read_model(const std::string& extension, const std::vector<ModelFile>& files);
+ReadModel read_model(const std::string& extension, std::vector<ModelFile> files);
 
 }  // namespace core

@@ -35,19 +35,21 @@ class SideFiles : public testing::Test {
 };
 
 TEST_F(SideFiles, AreFoundInTheFolderOfTheScene) {
-  for (const char* uri :
-       {"part.bin", "a b.bin", "./part.bin", "textures/t.png", "textures/../part.bin"}) {
+  for (const char* uri : {"part.bin", "a b.bin", "./part.bin", "textures/t.png",
+                          "textures/../part.bin", "./gone/../part.bin", "gone\\..\\part.bin"}) {
     EXPECT_TRUE(find(uri)) << uri;
   }
 }
 
 TEST_F(SideFiles, OutsideTheFolderAreRefused) {
   const std::string absolute = (root_ / "secret.bin").string();
-  for (const char* uri : {"../secret.bin", "textures/../../secret.bin", "link.bin",
-                          absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
+  for (const char* uri :
+       {"../secret.bin", "textures/../../secret.bin", "../gone.bin", "..\\secret.bin", "link.bin",
+        absolute.c_str(), "file:///etc/passwd", "http://example.com/a.bin"}) {
     const auto found = find(uri);
     ASSERT_FALSE(found) << uri;
     EXPECT_EQ(found.error().code, core::ErrorCode::kForbidden) << uri;
+    EXPECT_TRUE(found.error().message.starts_with("lies outside")) << found.error().message;
   }
 }
 
@@ -72,6 +74,19 @@ TEST_F(SideFiles, ReportsMissingOnes) {
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().code, core::ErrorCode::kNotFound);
   EXPECT_EQ(found.error().where, "nowhere.bin");
+  EXPECT_EQ(found.error().message, "is used by the scene but does not exist");
+}
+
+TEST_F(SideFiles, MissingOnesAreReportedWithThoseAlike) {
+  std::ofstream(root_ / "scene" / "a%20c.bin") << "x";
+  std::ofstream(root_ / "scene" / "textures" / "T.png") << "x";
+  EXPECT_EQ(find("a c.bin").error().message,
+            "is used by the scene but does not exist; there is \"a%20c.bin\"");
+  EXPECT_EQ(find("textures/part.bin").error().message,
+            "is used by the scene but does not exist; there is \"part.bin\"");
+  const auto two = find("textures/t.PNG");
+  ASSERT_FALSE(two);
+  EXPECT_NE(two.error().message.find("\"T.png\""), std::string::npos) << two.error().message;
 }
 
 TEST_F(SideFiles, BelongToTheOnlyModelOfTheFolder) {

@@ -596,6 +596,35 @@ TEST(CameraPlanes, BelongToCamerasOfTheFile) {
   EXPECT_EQ(ray.ray.t_max, unbounded.t_max);
 }
 
+TEST(CameraPlanes, ThatMissTheWholeModelGiveAWarning) {
+  // A square from z = -1 to 1, seen from z = 5.
+  const auto warnings = [](const std::vector<std::pair<float, float>>& planes) {
+    core::SceneDescription scene =
+        test_support::scene_of({test_support::lambert({1, 1, 1})},
+                               {test_support::quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 0)});
+    for (const auto& [near_m, far_m] : planes) {
+      CameraDescription& camera = scene.cameras.emplace_back();
+      camera.name = "c" + std::to_string(scene.cameras.size());
+      camera.to_world.t = {0, 0, 5};
+      camera.near_m = near_m;
+      camera.far_m = far_m;
+    }
+    std::string all;
+    const auto built = test_support::build(std::move(scene));
+    for (const core::Warning& w : built->summary().warnings) {
+      all += w.code + ": " + w.detail + "\n";
+    }
+    return all;
+  };
+  EXPECT_EQ(warnings({{0.1F, 100}, {4.5F, 5.5F}, {4, 6}, {5.9F, 100}, {0, 4.1F}}), "");
+  EXPECT_EQ(
+      warnings({{0.1F, 3.5F}, {10, 100}, {0, 100}, {7, 9}}),
+      "camera: camera 'c1': its zfar of 3.5 m lies before the whole model, of which nothing is "
+      "visible\n"
+      "camera: camera 'c2': its znear of 10 m lies behind the whole model; it is left out (and "
+      "1 more cameras alike)\n");
+}
+
 TEST(SceneBounds, AreThoseOfWhatIsDrawn) {
   core::MaterialDescription hidden = test_support::lambert({1, 1, 1});
   hidden.alpha_mode = core::AlphaMode::kBlend;

@@ -30,6 +30,7 @@ set(CORE_TEST_SOURCES
   object_boxes_test.cpp
   offset_ray_test.cpp
   paged_memory_test.cpp
+  parallel_for_test.cpp
   oidn_test.cpp
   outdoor_test.cpp
   pass_plan_test.cpp

@@ -30,6 +30,29 @@ TEST(FileNames, FindTheSameNameElseTheOnlyOneAlike) {
   EXPECT_FALSE(names.find("c.png").has_value());
 }
 
+TEST(FileNames, NearNamesDifferByCaseEscapesOrFolderOnly) {
+  core::FileNames names;
+  for (const char* name : {"in/a.png", "A.png", "a b.png", "my%20map.png", "other.png"}) {
+    names.add(name);
+  }
+  EXPECT_EQ(names.near("a.PNG"), "; there is \"in/a.png\", \"A.png\"");
+  EXPECT_EQ(names.near("textures\\A b.png"), "; there is \"a b.png\"");
+  EXPECT_EQ(names.near("my map.png"), "; there is \"my%20map.png\"");
+  EXPECT_EQ(names.near("none.png"), "");
+}
+
+TEST(FileNames, PlainNamesStayInTheirFolder) {
+  const std::pair<const char*, const char*> rows[] = {
+      {"q.bin", "q.bin"},  {"./sub/../q.bin", "q.bin"}, {"a//b/./c", "a/b/c"},
+      {"a/../b/c", "b/c"}, {"a/b/../../c", "c"},        {"", ""}};
+  for (const auto& [name, plain] : rows) {
+    EXPECT_EQ(core::plain_name(name), plain) << name;
+  }
+  for (const char* outside : {"../a.png", "a/../../b", "..", "/etc/passwd"}) {
+    EXPECT_FALSE(core::plain_name(outside)) << outside;
+  }
+}
+
 TEST(AreaCover, SharesOfAPartAndOfATexelAreWhole) {
   for (const auto& [size, parts] : {std::pair{7, 3}, {8, 4}, {1000, 300}, {5, 5}, {3, 1}}) {
     std::vector<double> taken(static_cast<std::size_t>(size));

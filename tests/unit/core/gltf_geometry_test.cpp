@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <tuple>
 
+#include "core/scene_io/builtin_shapes.h"
 #include "core/scene_io/windings.h"
 #include "tests/unit/core/gltf_test_support.h"
 
@@ -482,19 +484,55 @@ void add_cube(core::PrimitiveDescription& to, float half, float x, bool inwards)
   }
 }
 
+std::vector<std::size_t> aligned(const std::vector<core::PrimitiveDescription*>& primitives) {
+  return core::align_windings(primitives);
+}
+
 TEST(GltfGeometry, SolidsOfAPrimitiveFaceOutwardsAndCavitiesInwards) {
   const auto turned = [](std::initializer_list<std::tuple<float, float, bool>> cubes) {
     core::PrimitiveDescription p;
     for (const auto& [half, x, inwards] : cubes) {
       add_cube(p, half, x, inwards);
     }
-    return core::align_windings(p);
+    return aligned({&p}).at(0);
   };
   EXPECT_EQ(turned({{1, 0, false}, {1, 3, false}}), 0);
   EXPECT_EQ(turned({{1, 0, false}, {1, 3, true}}), 12) << "beside the other";
   EXPECT_EQ(turned({{1, 0, true}, {0.5F, 3, false}}), 12);
   EXPECT_EQ(turned({{1, 0, false}, {0.5F, 0, true}}), 0) << "a cavity";
   EXPECT_EQ(turned({{1, 0, true}, {1, 3, true}}), 0) << "other meshes may surround them";
+}
+
+TEST(GltfGeometry, PrimitivesOfASolidFaceAsTheirNeighbours) {
+  core::SceneDescription scene;
+  scene.materials = {core::glass_material("glass", {1, 1, 1}, 1)};
+  scene.instances.push_back({0, {}});
+  auto& parts = scene.meshes.emplace_back().primitives;
+  parts.resize(2);
+  add_cube(parts[0], 1, 0, false);
+  add_cube(parts[1], 1, 0, true);
+  parts[0].indices.resize(24);                                                    // four squares
+  parts[1].indices.erase(parts[1].indices.begin(), parts[1].indices.end() - 12);  // the others
+  parts[0].material = parts[1].material = 0;
+  const auto mended = load(core::write_glb(scene));
+  ASSERT_TRUE(mended);
+  ASSERT_EQ(mended->warnings.size(), 1U);
+  EXPECT_EQ(mended->warnings[0].code, "turned");
+  EXPECT_EQ(mended->warnings[0].pointer, "/meshes/0/primitives/1");
+  core::PrimitiveDescription whole;
+  add_cube(whole, 1, 0, false);
+  for (std::size_t part = 0; part < 2; ++part) {
+    const auto& indices = mended->meshes[0].primitives.at(part).indices;
+    EXPECT_TRUE(std::equal(indices.begin(), indices.end(), &whole.indices[part * 24])) << part;
+  }
+}
+
+TEST(GltfGeometry, SolidsThatTouchStay) {
+  core::PrimitiveDescription a;
+  core::PrimitiveDescription b;
+  add_cube(a, 1, 0, false);
+  add_cube(b, 1, 2, false);
+  EXPECT_EQ(aligned({&a, &b}), (std::vector<std::size_t>{0, 0}));
 }
 
 TEST(GltfGeometry, SurfacesWithOneSideStay) {
@@ -508,7 +546,7 @@ TEST(GltfGeometry, SurfacesWithOneSideStay) {
     strip.indices.insert(strip.indices.end(), {i, (i + 1) % 5, (i + 2) % 5});
   }
   const auto before = strip.indices;
-  EXPECT_EQ(core::align_windings(strip), 0);
+  EXPECT_EQ(aligned({&strip}).at(0), 0);
   EXPECT_EQ(strip.indices, before);
 }
 

@@ -202,6 +202,26 @@ TEST(IesFile, SkipsTiltWithAWarning) {
   EXPECT_NE(warnings[0].find("TILT"), std::string::npos);
 }
 
+TEST(IesFile, TiltAndTheStandardAreReadInAnyCaseAndWithBlanks) {
+  const std::string before = file(1, {0, 180}, {0}, {100, 100});
+  for (const char* line : {"tilt=none", "Tilt=None", " TILT = NONE ", "\tTILT=\tnone\r"}) {
+    std::string text = before;
+    text.replace(text.find("TILT=NONE"), 9, line);
+    std::vector<std::string> warnings;
+    EXPECT_TRUE(core::read_ies(text, warnings)) << line;
+    EXPECT_TRUE(warnings.empty()) << line;
+  }
+  std::string text = before;
+  text.replace(text.find("[TEST]"), 6, "Tilting lamp\n[TEST]");
+  EXPECT_NEAR(profile(text).candela({1, 0, 0}), 100, kNear);
+  // Newer files have no third factor; it is 7 here.
+  const std::string rest = "\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 7 10 0 180 0 50 50\n";
+  for (const char* standard :
+       {"IESNA:LM-63-2002", "iesna:lm-63-2002", "\xEF\xBB\xBFIESNA:LM-63-1995"}) {
+    EXPECT_NEAR(profile(standard + rest).candela({1, 0, 0}), 50, kNear) << standard;
+  }
+}
+
 TEST(IesFile, AcceptsCommasAndDosLineEndings) {
   const IesProfile p = profile(
       "IES:LM-63-2019\r\nTILT=NONE\r\n1,-1,+1,2,1,1,2,0,0,0\r\n1,1,10\r\n0,180\r\n0\r\n5e1,50\r\n");

@@ -415,6 +415,37 @@ TEST(ExrHeader, CubeMapsAreRefusedByNameAndPanoramasAreRead) {
   }
 }
 
+/// Returns why a file is refused.
+std::string fault_of(const std::string& file) {
+  const auto image = core::decode_image(bytes_of(file), {});
+  return image ? "" : image.error().message;
+}
+
+TEST(ExrHeader, UnsignedIntegersAreRefusedByNameInThePictureOnly) {
+  std::string file = one_pixel({{"", {"B", "G", "R", "id"}, kOne, kOne}});
+  const auto with_integers = [&](const std::string& channel) {
+    std::string changed = file;
+    const std::size_t at = changed.find(channel + '\0' + u32(2));
+    EXPECT_NE(at, std::string::npos);
+    return changed.replace(at, channel.size() + 5, channel + '\0' + u32(0));
+  };
+  EXPECT_EQ(fault_of(with_integers("id")), "");
+  EXPECT_EQ(fault_of(with_integers("G")).find("channel \"G\" of the EXR has unsigned integers"), 0U)
+      << fault_of(with_integers("G"));
+}
+
+TEST(ExrHeader, NewerCompressionsAreNamed) {
+  std::string file = one_pixel({{"", {"B", "G", "R"}, kOne, kOne}});
+  const std::string before = std::string("compression\0compression\0", 24) + u32(1);
+  const std::size_t at = file.find(before) + before.size();
+  for (const auto& [method, name] :
+       {std::pair{'\x0a', "HTJ2K"}, {'\x0b', "HTJ2K"}, {'\x20', "method 32"}}) {
+    file[at] = method;
+    EXPECT_EQ(fault_of(file), std::string("the EXR is compressed with ") + name +
+                                  ", which is not read here; save it with ZIP or PIZ compression");
+  }
+}
+
 TEST(ExrHeader, PrimariesOtherThanThoseOfRec709GiveAWarning) {
   const auto with_primaries = [](const std::vector<float>& values) {
     std::string bytes(values.size() * sizeof(float), '\0');
@@ -591,6 +622,19 @@ TEST(Radiance, ValuesThatAreNoLightBecomeZeroAndAreCounted) {
   EXPECT_EQ(light[3], (core::Rgb{1, 1, 0}));
   EXPECT_EQ(core::radiance_warning({}, image, "the environment").find("3 texels"), 0U);
   EXPECT_EQ(core::radiance_warning({}, floats({1, 2, 3}, 3), "the environment"), "");
+}
+
+TEST(Radiance, ValuesWhoseSquareIsNoFloatAreClampedAndCounted) {
+  const float huge = std::numeric_limits<float>::max();
+  const core::Image image = floats({1, 2, huge, -1, 1e19F, 6, 9e17F, 0, 0}, 3);
+  const std::vector<core::Rgb> light = core::radiance_of(image, core::AlphaUse::kIgnored);
+  EXPECT_EQ(light[0], (core::Rgb{1, 2, core::kRadianceMost}));
+  EXPECT_EQ(light[1], (core::Rgb{0, core::kRadianceMost, 6}));
+  EXPECT_EQ(light[2], (core::Rgb{9e17F, 0, 0}));
+  EXPECT_LT(core::kRadianceMost * core::kRadianceMost * 64, huge);
+  EXPECT_EQ(core::radiance_warning({}, image, "the map"),
+            "1 texel of the map has negative, infinite or undefined values, which were set to 0. "
+            "2 texels of the map have values above 1e18, which were set to that.");
 }
 
 TEST(Radiance, AlphaIsNotCountedAndGreyHasThreeChannels) {

@@ -96,15 +96,19 @@ TEST_F(Scenes, UriMayGoUpInsideTheArchiveButNotOutOfIt) {
       bytes_of(make_zip({{"a.gltf", triangle_gltf("../m.bin")}, {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(outside);
   EXPECT_EQ(outside->missing, std::vector<std::string>{"../m.bin"});
+  EXPECT_EQ(outside->outside, outside->missing);
+  EXPECT_EQ(outside->near.at(0), "; there is \"m.bin\"");
 }
 
 TEST_F(Scenes, ListsMissingFiles) {
   const auto zipped = scenes->add_zip(bytes_of(make_zip({{"a.gltf", triangle_gltf("m.bin")}})));
   ASSERT_TRUE(zipped) << zipped.error().message;
   EXPECT_EQ(zipped->missing, std::vector<std::string>{"m.bin"});
+  EXPECT_TRUE(zipped->outside.empty());
   const auto alone = scenes->add_file(bytes_of(triangle_gltf("/etc/passwd")));
   ASSERT_TRUE(alone) << alone.error().message;
   EXPECT_EQ(alone->missing, std::vector<std::string>{"/etc/passwd"});
+  EXPECT_EQ(alone->outside, alone->missing);
   EXPECT_TRUE(scenes->list(Access::of(""), std::nullopt, 10)->empty());
 }
 
@@ -146,6 +150,7 @@ TEST_F(Scenes, AmongNamesThatDifferByCaseOnlyTheSameOneIsRead) {
                                                           {"m.bin", triangle_buffer()}})));
   ASSERT_TRUE(neither) << neither.error().message;
   EXPECT_EQ(neither->missing, std::vector<std::string>{"m.Bin"});
+  EXPECT_EQ(neither->near.at(0), "; there is \"M.bin\", \"m.bin\"");
 }
 
 TEST_F(Scenes, ZipsWithoutOneSceneAreRefusedWithTheCause) {

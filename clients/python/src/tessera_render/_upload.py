@@ -7,6 +7,7 @@ import contextlib
 import hashlib
 import io
 import os
+import posixpath
 import re
 import unicodedata
 import zipfile
@@ -120,16 +121,23 @@ def _find_inside(home: Path, name: str) -> Path | None:
 def side_file(document: Path, name: str) -> Path:
     """Returns the file beside a document, from its folder only. name: a uri, percent-decoded."""
     home = document.parent.resolve()
-    path = _find_inside(home, name) or _find_inside(home, name.replace("\\", "/"))
-    if "://" in name or not (path or home / name).resolve().is_relative_to(home):
-        raise TesseraError(f"{document}: may only use files in its own folder, not {name}")
+    outside = TesseraError(
+        f"{document}: {name} lies outside the scene's folder: a scene may only use files in its "
+        "own folder"
+    )
+    plain = [posixpath.normpath(spelled) for spelled in (name, name.replace("\\", "/"))]
+    if "://" in name or any(each.startswith(("/", "../")) or each == ".." for each in plain):
+        raise outside
+    path = _find_inside(home, plain[0]) or _find_inside(home, plain[1])
+    if path is not None and not path.resolve().is_relative_to(home):
+        raise outside
     if path is None:
         raise FileNotFoundError(f"{document} refers to {name}, which does not exist")
     return path.resolve()
 
 
-# `mtllib NAME` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces.
-_REFERENCE = re.compile(rb"^[ \t]*(?:mtllib|map_\w+|norm)[ \t]+(.*?)[ \t\r]*$", re.M)
+# `mtllib NAMES` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces.
+_REFERENCE = re.compile(rb"^[ \t]*(mtllib|map_\w+|norm)[ \t]+(.*?)[ \t\r]*$", re.M)
 
 
 def _referenced(path: Path, reference: str) -> tuple[str, Path] | None:
@@ -152,10 +160,12 @@ def obj_files(path: Path) -> dict[str, Path]:
     waiting = [path]
     while waiting:
         for match in _REFERENCE.finditer(waiting.pop().read_bytes()):
-            found = _referenced(path, match[1].decode(errors="surrogateescape"))
-            if found is not None and found[0] not in files:
-                files[found[0]] = found[1]
-                waiting += [found[1]] if found[0].lower().endswith(".mtl") else []
+            whole = match[2].decode(errors="surrogateescape")
+            for reference in (whole, *(whole.split() if match[1] == b"mtllib" else ())):
+                found = _referenced(path, reference)
+                if found is not None and found[0] not in files:
+                    files[found[0]] = found[1]
+                    waiting += [found[1]] if found[0].lower().endswith(".mtl") else []
     return files
 
 

@@ -42,7 +42,7 @@ inline bool is_mapped(const Material& m) {
 
 /// The textures of a mapped material.
 struct alignas(64) LaneMaps {
-  /// Lookup parameters: transform of uv; wrap modes; as bits, width, height and levels.
+  /// Lookup parameters: transform of uv; as bits, wrap modes, width, height and levels.
   float at[12] = {};
   const Material* material = nullptr;  ///< null: it has no texture that lanes read
   bool has_layers = false;             ///< some texture is of clearcoat or sheen

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/description/moved_vertices.h"
+#include "core/geometry/triangle_math.h"
 #include "core/math/offset_ray.h"
 #include "core/math/transform.h"
 #include "core/math/vec.h"
@@ -60,6 +61,38 @@ struct MeshData {
   }
   std::size_t triangle_count() const noexcept { return indices.size() / 3; }
   std::size_t bytes() const noexcept;
+};
+
+/// A mesh in world space at a time.
+struct MeshAt {
+  const MeshData& mesh;
+  const Transform* to_world;  ///< null: the mesh is in world space; else it does not move
+  float time;
+
+  /// Returns whether it differs from the mesh itself.
+  bool is_moved() const noexcept { return to_world != nullptr || !mesh.later.empty(); }
+  Vec3 position(std::uint32_t vertex) const noexcept {
+    return to_world == nullptr ? mesh.position(vertex, time)
+                               : to_world->point(mesh.positions[vertex]);
+  }
+  /// Not normalised if the mesh is moved. Pre: the mesh has normals.
+  Vec3 normal(std::uint32_t vertex) const noexcept {
+    const Vec3 n = mesh.normals[vertex];
+    return to_world != nullptr   ? to_world->normal(n)
+           : !mesh.later.empty() ? mesh.at_time(&MovedVertices::normals, n, vertex, time)
+                                 : n;
+  }
+  /// Returns a vector of the triangle with these vertices.
+  Vec3 vector(Vec3 way, const std::uint32_t* v) const noexcept {
+    if (to_world != nullptr) {
+      return to_world->vector(way);
+    }
+    const Corners<Vec3> first = {mesh.positions[v[0]], mesh.positions[v[1]], mesh.positions[v[2]]};
+    return mesh.later.empty() ? way : carried(way, first, corners(v));
+  }
+  Corners<Vec3> corners(const std::uint32_t* v) const noexcept {
+    return {position(v[0]), position(v[1]), position(v[2])};
+  }
 };
 
 inline constexpr std::uint32_t kNoLight = 0xffffffffU;

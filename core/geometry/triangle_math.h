@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "core/math/generic.h"
+#include "core/math/offset_ray.h"
 
 namespace core {
 
@@ -30,9 +31,43 @@ V barycentrics(const Corners<V>& p, V n, V origin, V direction) noexcept {
   return {1 - b1 - b2, b1, b2};
 }
 
-template <typename V>
-V blend(const Corners<V>& p, V b) noexcept {
-  return p[0] * b.x + p[1] * b.y + p[2] * b.z;
+/// Returns values of the corners, weighted by barycentric coordinates.
+template <typename T, typename V>
+T blend(const Corners<T>& values, V b) noexcept {
+  return values[0] * b.x + values[1] * b.y + values[2] * b.z;
+}
+
+/// A hit on a triangle in world space.
+template <typename F>
+struct FaceOf {
+  using V = Vec3Of<F>;
+  Corners<V> p;
+  V n;  ///< cross product of the edges
+  V b;  ///< barycentric coordinates
+  V position;
+  V geometric;  ///< unit normal of the front (counter-clockwise)
+  F twice_area;
+  F error_m;  ///< step off the surface (core/math/offset_ray.h)
+  F mirror;   ///< -1 in instances that mirror, else 1
+};
+
+/// spread, place_m: InstanceError.
+template <typename F>
+[[gnu::always_inline]] inline FaceOf<F> face_at(const Corners<Vec3Of<F>>& p, Vec3Of<F> origin,
+                                                Vec3Of<F> direction, F mirror, F spread,
+                                                F place_m) noexcept {
+  FaceOf<F> out;
+  out.p = p;
+  const Vec3Of<F> edge1 = p[1] - p[0];
+  const Vec3Of<F> edge2 = p[2] - p[0];
+  out.n = cross(edge1, edge2);
+  out.b = barycentrics(p, out.n, origin, direction);
+  out.position = blend(p, out.b);
+  out.twice_area = length(out.n);
+  out.mirror = mirror;
+  out.geometric = select(out.twice_area > F(0), out.n * (mirror / out.twice_area), -direction);
+  out.error_m = plane_error_m(out.position, edge1, edge2, out.twice_area, spread, place_m);
+  return out;
 }
 
 /// Returns whether a point of the plane is on the triangle, more than margin_m from its edges. n:
@@ -85,6 +120,31 @@ V facing(V n, V wo) noexcept {
   const auto cos_o = dot(n, wo);
   const auto away = opposite(cos_o >= kLeast);
   return any(away) ? select(away, normalize_or(n + wo * (kLeast - cos_o), wo), n) : n;
+}
+
+/// Moves the origin of rays that leave a facet, and the plane of `horizon`, to the smooth surface
+/// that its normals imply: the shadow terminator of core/materials/shade.h. may: where that is
+/// allowed. bulge_m: as bulge(). normal: interpolated. geometric: of the front. side: 1 where the
+/// front is seen, else -1.
+template <typename F>
+[[gnu::always_inline]] inline void leave_bulge(MaskOf<F> may, F bulge_m, Vec3Of<F> normal,
+                                               Vec3Of<F> geometric, F side, Vec3Of<F> wo,
+                                               Vec3Of<F>& horizon, Vec3Of<F>& origin) noexcept {
+  const MaskOf<F> on = may & (bulge_m > F(0)) & (dot(normal, geometric) > F(0));
+  if (any(on)) {
+    horizon = select(on, facing(normal * side, wo), horizon);
+    origin = select(on, origin + normal * (side * bulge_m), origin);
+  }
+}
+
+/// Finds what a displacement d on a triangle is in its edges: dot(d, to_edge1) edges from vertex 0
+/// to 1 plus dot(d, to_edge2) edges from 0 to 2. Zero on triangles without area.
+template <typename F>
+[[gnu::always_inline]] inline void find_edge_ways(const FaceOf<F>& face, Vec3Of<F>& to_edge1,
+                                                  Vec3Of<F>& to_edge2) noexcept {
+  const F scale = select(face.twice_area > F(0), 1 / (face.twice_area * face.twice_area), F(0));
+  to_edge1 = cross(face.p[2] - face.p[0], face.n) * scale;
+  to_edge2 = cross(face.n, face.p[1] - face.p[0]) * scale;
 }
 
 }  // namespace core

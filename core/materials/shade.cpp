@@ -5,8 +5,8 @@
 
 #include "core/bsdf/fresnel.h"
 #include "core/geometry/triangle_math.h"
-#include "core/materials/alpha_map.h"
-#include "core/math/numbers.h"
+#include "core/materials/texture_places.h"
+#include "core/materials/textured.h"
 
 namespace core {
 namespace {
@@ -20,70 +20,50 @@ struct LastLookup {
 /// A point and its texture footprint.
 struct TexturedPoint {
   const SurfacePoint& point;
-  Vec3 across_m;  ///< short axis of the elliptical footprint on the surface, world
-  Vec3 along_m;
+  FootprintAxesOf<float> footprint;
   bool is_sharp;
   LastLookup& last;
+
+  /// At the finest level.
+  static TexturedPoint finest(const SurfacePoint& point, LastLookup& last) {
+    return {point, {}, false, last};
+  }
+  static TexturedPoint of(const SurfacePoint& point, Vec3 wo, Footprint footprint,
+                          LastLookup& last) {
+    return {point, footprint_axes(point.normal_geometric, wo, footprint.width_m),
+            footprint.is_sharp, last};
+  }
+
+  Vec4 read(const TextureSlot& slot) const {
+    if (slot.texture == nullptr) {
+      return {1, 1, 1, 1};
+    }
+    if (last.places != slot.places) {
+      slot.texture->find_taps(lookup(slot.description), last.taps);
+      last.places = slot.places;
+    }
+    return slot.texture->read(last.taps);
+  }
+  Vec4 read_finest(const TextureSlot& slot) const {
+    LastLookup sharpest;
+    return finest(point, sharpest).read(slot);
+  }
+
+ private:
+  Texture::Lookup lookup(const TextureDescription& d) const {
+    const auto set = static_cast<std::size_t>(d.uv_set);
+    const UvOf<float> uv = {point.uv[set], point.uv_edge1[set], point.uv_edge2[set], point.to_edge1,
+                            point.to_edge2};
+    const TexturePlaceOf<float> place = texture_place(d.uv_transform, uv, footprint);
+    return {.uv = place.uv,
+            .across = place.across,
+            .along = place.along,
+            .taps_max = is_sharp ? kTextureTapsMax : 1,
+            .wrap_u = d.wrap_u,
+            .wrap_v = d.wrap_v,
+            .nearest = d.nearest};
+  }
 };
-
-TexturedPoint with_footprint(const SurfacePoint& point, Vec3 wo, Footprint footprint,
-                             LastLookup& last) {
-  // A pixel has many samples, whose positions already act as a filter: half the width adds little
-  // blur to the pixel's own, and little noise at 4 samples.
-  footprint.width_m *= 0.5F;
-  constexpr float kLeast =
-      0.02F;  // minimum cosine: at smaller ones, footprints are longer than the surface
-  const Vec3 n = point.normal_geometric;
-  const float cosine = dot(n, wo);
-  const Vec3 slope = wo - n * cosine;
-  const float sine2 = length_squared(slope);
-  if (!(sine2 > 1e-6F)) {
-    const Frame frame = frame_from_normal(n);
-    return {point, frame.s * footprint.width_m, frame.t * footprint.width_m, footprint.is_sharp,
-            last};
-  }
-  const Vec3 along = slope * (1 / std::sqrt(sine2));
-  return {point, cross(n, along) * footprint.width_m,
-          along * (footprint.width_m / std::max(std::fabs(cosine), kLeast)), footprint.is_sharp,
-          last};
-}
-
-Texture::Lookup lookup(const TextureDescription& d, const TexturedPoint& at) {
-  const auto set = static_cast<std::size_t>(d.uv_set);
-  const auto& m = d.uv_transform;
-  const auto turned = [&m](Vec2 v) {
-    return Vec2{m[0] * v.x + m[1] * v.y, m[3] * v.x + m[4] * v.y};
-  };
-  const auto moved = [&](Vec3 way) {
-    const float a = dot(way, at.point.to_edge1);
-    const float b = dot(way, at.point.to_edge2);
-    return turned(at.point.uv_edge1[set] * a + at.point.uv_edge2[set] * b);
-  };
-  const Vec2 base = turned(at.point.uv[set]);
-  return {.uv = {base.x + m[2], base.y + m[5]},
-          .across = moved(at.across_m),
-          .along = moved(at.along_m),
-          .taps_max = at.is_sharp ? kTextureTapsMax : 1,
-          .wrap_u = d.wrap_u,
-          .wrap_v = d.wrap_v,
-          .nearest = d.nearest};
-}
-
-Vec4 read(const TextureSlot& slot, const TexturedPoint& at) {
-  if (slot.texture == nullptr) {
-    return {1, 1, 1, 1};
-  }
-  if (at.last.places != slot.places) {
-    slot.texture->find_taps(lookup(slot.description, at), at.last.taps);
-    at.last.places = slot.places;
-  }
-  return slot.texture->read(at.last.taps);
-}
-
-/// Returns the same point at the finest level.
-TexturedPoint finest(const SurfacePoint& point, LastLookup& last) {
-  return {point, {}, {}, false, last};
-}
 
 /// World-space directions in which a map's u grows and its v falls.
 struct MapFrame {
@@ -128,17 +108,9 @@ Vec3 mapped_normal(const TextureSlot& slot, float scale, const TexturedPoint& at
   if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
     return p.normal_shading;
   }
-  const Vec4 texel = read(slot, at);
-  const Vec3 n = {(2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1};
   const MapFrame map = frame_of(slot, p);
-  return normalize_or(map.tangent * n.x + map.bitangent * n.y + p.normal_shading * n.z,
-                      p.normal_shading);
-}
-
-Rgb clamp01_rgb(Rgb c) { return {clamp01(c.r), clamp01(c.g), clamp01(c.b)}; }
-
-float clearcoat(const Material& material, const TexturedPoint& at) {
-  return clamp01(material.factors.clearcoat * read(material.clearcoat, at).x);
+  return core::mapped_normal<float>(p.normal_shading, map.tangent, map.bitangent,
+                                    map_normal(at.read(slot), scale));
 }
 
 /// Returns the normal of the clearcoat on the viewer's side.
@@ -150,72 +122,30 @@ Vec3 clearcoat_normal(const Material& material, const TexturedPoint& at, Vec3 wo
 
 /// Returns the colour of an unlit material.
 Rgb unlit(const Material& material, const TexturedPoint& at) {
-  const Vec4 c = read(material.base_color, at);
+  const Vec4 c = at.read(material.base_color);
   const Vec4 vertex = at.point.color;
   return material.factors.base_color * Rgb{c.x * vertex.x, c.y * vertex.y, c.z * vertex.z};
-}
-
-/// Fills the less common layers, with textures.
-void fill_layers(const Material& material, const TexturedPoint& at, Vec3 wo_world, Shading& s) {
-  const MaterialDescription& f = material.factors;
-  BsdfLayers& l = s.layers;
-  static_cast<SurfaceLayers&>(l) = f;
-  l.clearcoat = clearcoat(material, at);
-  l.clearcoat_roughness = clamp01(f.clearcoat_roughness * read(material.clearcoat_roughness, at).y);
-  l.clearcoat_normal = s.frame.to_local(clearcoat_normal(material, at, wo_world));
-  const Vec4 sheen = read(material.sheen_color, at);
-  l.sheen_color = clamp01_rgb(f.sheen_color * Rgb{sheen.x, sheen.y, sheen.z});
-  l.sheen_roughness = clamp01(f.sheen_roughness * read(material.sheen_roughness, at).w);
-  l.iridescence = clamp01(f.iridescence * read(material.iridescence, at).x);
-  l.iridescence_thickness_nm =
-      material.iridescence_thickness.texture == nullptr
-          ? f.iridescence_thickness_max_nm
-          : lerp(f.iridescence_thickness_min_nm, f.iridescence_thickness_max_nm,
-                 read(material.iridescence_thickness, at).y);
-  l.diffuse_transmission =
-      clamp01(f.diffuse_transmission * read(material.diffuse_transmission, at).w);
-  const Vec4 below = read(material.diffuse_transmission_color, at);
-  l.diffuse_transmission_color =
-      clamp01_rgb(f.diffuse_transmission_color * Rgb{below.x, below.y, below.z});
 }
 
 /// KHR_materials_ior and KHR_materials_specular. An ior of 0 means full reflection.
 void set_dielectric(BsdfParameters& b, float ior, Rgb specular_color, float specular) {
   const float r0 = ior == 0 ? 1.0F : square((ior - 1) / (ior + 1));
-  b.f0 = clamp01_rgb(specular_color * r0) * clamp01(specular);
+  b.f0 = clamp01(specular_color * r0) * clamp01(specular);
   b.f90 = clamp01(specular);
   b.specular_color = specular_color;
   b.ior = std::max(ior, 1.0F);
 }
 
-void set_roughness(BsdfParameters& b, float roughness) {
-  b.roughness = clamp01(roughness);
-  b.alpha_x = b.alpha_y = std::max(b.roughness * b.roughness, 1e-4F);
-}
-
 /// Applies textures and vertex colours to the plain parameters.
 void apply_textures(const Material& material, const TexturedPoint& at, BsdfParameters& b) {
-  const SurfacePoint& point = at.point;
   const MaterialDescription& f = material.factors;
-  // If coverage comes from the same texture, reads colour at the same level: coarser levels would
-  // mix in the colour where alpha is 0.
-  LastLookup sharpest;
-  const Vec4 c = read(material.base_color, has_alpha_map(material) ? finest(point, sharpest) : at);
-  b.base_color = clamp01_rgb(f.base_color *
-                             Rgb{c.x * point.color.x, c.y * point.color.y, c.z * point.color.z});
-  if (material.metallic_roughness.texture != nullptr) {
-    const Vec4 mr = read(material.metallic_roughness, at);
-    set_roughness(b, f.roughness * mr.y);
-    b.metallic = clamp01(f.metallic * mr.z);
-  }
+  set_base(material, at.point.color, at, b);
   if (material.specular.texture != nullptr || material.specular_color.texture != nullptr) {
-    const Vec4 sc = read(material.specular_color, at);
-    set_dielectric(b, f.ior, f.specular_color * Rgb{sc.x, sc.y, sc.z},
-                   f.specular * read(material.specular, at).w);
+    set_dielectric(b, f.ior, f.specular_color * rgb_of(at.read(material.specular_color)),
+                   f.specular * at.read(material.specular).w);
   }
   if (material.transmission.texture != nullptr) {
-    b.transmission =
-        f.ior == 0 ? 0.0F : clamp01(f.transmission * read(material.transmission, at).x);
+    b.transmission = f.ior == 0 ? 0.0F : clamp01(f.transmission * at.read(material.transmission).x);
   }
 }
 
@@ -226,7 +156,7 @@ void apply_anisotropy(const Material& material, const TexturedPoint& at, Shading
   float strength = f.anisotropy;
   Vec2 direction = {std::cos(f.anisotropy_rotation_rad), std::sin(f.anisotropy_rotation_rad)};
   if (material.anisotropy.texture != nullptr) {
-    const Vec4 t = read(material.anisotropy, at);
+    const Vec4 t = at.read(material.anisotropy);
     const Vec2 d = {2 * t.x - 1, 2 * t.y - 1};
     direction = {direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y};
     strength *= t.z;
@@ -278,7 +208,7 @@ Medium medium_within(const MaterialDescription& f, Rgb color, Rgb deep) noexcept
 
 BsdfParameters plain_parameters(const MaterialDescription& f, bool is_volume) noexcept {
   BsdfParameters b;
-  b.base_color = clamp01_rgb(f.base_color);
+  b.base_color = clamp01(f.base_color);
   b.metallic = clamp01(f.metallic);
   set_roughness(b, f.roughness);
   set_dielectric(b, f.ior, f.specular_color, f.specular);
@@ -296,14 +226,12 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
   s.bsdf.inside = !s.front;
   s.horizon = s.normal_geometric;
   s.origin = point.position;
-  if (point.bulge_m > 0 && !material.transmits &&
-      dot(point.normal_shading, point.normal_geometric) > 0) {
-    s.horizon = facing(point.normal_shading * side, wo_world);
-    s.origin = point.position + point.normal_shading * (side * point.bulge_m);
-  }
+  leave_bulge(!material.transmits, point.bulge_m, point.normal_shading, point.normal_geometric,
+              side, wo_world, s.horizon, s.origin);
   LastLookup last;
-  const TexturedPoint at =
-      material.has_texture ? with_footprint(point, wo_world, footprint, last) : finest(point, last);
+  const TexturedPoint at = material.has_texture
+                               ? TexturedPoint::of(point, wo_world, footprint, last)
+                               : TexturedPoint::finest(point, last);
   Vec3 n = point.normal_shading;
   if (material.has_texture || point.has_color) {
     apply_textures(material, at, s.bsdf);
@@ -315,13 +243,14 @@ void shade(const Material& material, const SurfacePoint& point, Vec3 wo_world, F
   }
   s.has_layers = material.has_layers;
   if (material.has_layers) {
-    fill_layers(material, at, wo_world, s);
+    set_layers(material, at, s.layers);
+    s.layers.clearcoat_normal = s.frame.to_local(clearcoat_normal(material, at, wo_world));
   }
 }
 
 Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) noexcept {
   LastLookup last;
-  const TexturedPoint at = finest(point, last);
+  const auto at = TexturedPoint::finest(point, last);
   const MaterialDescription& f = material.factors;
   if (f.unlit) {
     return unlit(material, at);
@@ -332,12 +261,11 @@ Rgb emitted(const Material& material, const SurfacePoint& point, Vec3 wo_world) 
   }
   Rgb out = f.emissive;
   if (material.emissive.texture != nullptr) {
-    const Vec4 c = read(material.emissive, at);
-    out *= Rgb{c.x, c.y, c.z};
+    out *= rgb_of(at.read(material.emissive));
   }
   if (f.clearcoat > 0) {
     const float cosine = dot(clearcoat_normal(material, at, wo_world), wo_world);
-    out *= 1 - clearcoat(material, at) * lerp(0.04F, 1.0F, schlick_weight(cosine));
+    out *= 1 - textured_clearcoat(material, at) * lerp(0.04F, 1.0F, schlick_weight(cosine));
   }
   return out;
 }
@@ -346,8 +274,8 @@ Rgb unlit_color(const Material& material, const SurfacePoint& point, Vec3 wo_wor
                 Footprint footprint) noexcept {
   LastLookup last;
   return unlit(material, has_alpha_map(material)
-                             ? finest(point, last)
-                             : with_footprint(point, wo_world, footprint, last));
+                             ? TexturedPoint::finest(point, last)
+                             : TexturedPoint::of(point, wo_world, footprint, last));
 }
 
 }  // namespace core

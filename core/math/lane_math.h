@@ -36,6 +36,10 @@ struct Vec3s {
 template <std::size_t N>
 struct Vec2s {
   Floats<N> x, y;
+
+  friend Vec2s operator+(Vec2s a, Vec2s b) { return {a.x + b.x, a.y + b.y}; }
+  friend Vec2s operator-(Vec2s a, Vec2s b) { return {a.x - b.x, a.y - b.y}; }
+  friend Vec2s operator*(Vec2s a, Floats<N> s) { return {a.x * s, a.y * s}; }
 };
 template <std::size_t N>
 struct Vec4s {

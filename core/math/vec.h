@@ -40,6 +40,11 @@ constexpr Vec3 operator*(Vec3 a, Vec3 b) noexcept { return {a.x * b.x, a.y * b.y
 constexpr Vec3 operator/(Vec3 a, float s) noexcept { return {a.x / s, a.y / s, a.z / s}; }
 constexpr Vec3& operator+=(Vec3& a, Vec3 b) noexcept { return a = a + b; }
 
+constexpr Vec4 operator+(Vec4 a, Vec4 b) noexcept {
+  return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w};
+}
+constexpr Vec4 operator*(Vec4 a, float s) noexcept { return {a.x * s, a.y * s, a.z * s, a.w * s}; }
+
 constexpr bool operator==(Vec2 a, Vec2 b) noexcept { return a.x == b.x && a.y == b.y; }
 constexpr bool operator==(Vec3 a, Vec3 b) noexcept {
   return a.x == b.x && a.y == b.y && a.z == b.z;

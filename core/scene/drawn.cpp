@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/image_io/image_io.h"
+#include "core/materials/texture_places.h"
 #include "core/math/extreme_points.h"
 #include "core/math/transform.h"
 
@@ -123,11 +124,10 @@ bool is_drawn(const MaterialDescription& material) noexcept {
 
 std::array<Vec2, 3> corners_in(const TextureDescription& texture, const std::vector<Vec2>& uv,
                                const std::array<std::size_t, 3>& vertices) {
-  const auto& m = texture.uv_transform;
   std::array<Vec2, 3> corners;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec2 p = vertices[k] < uv.size() ? uv[vertices[k]] : Vec2{};
-    corners[k] = {m[0] * p.x + m[1] * p.y + m[2], m[3] * p.x + m[4] * p.y + m[5]};
+    corners[k] =
+        transformed(texture.uv_transform, vertices[k] < uv.size() ? uv[vertices[k]] : Vec2{});
   }
   return corners;
 }

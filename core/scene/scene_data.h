@@ -94,6 +94,10 @@ class SceneData {
                       ? hit.geometry
                       : instances[hit.instance].first_placed + hit.geometry];
   }
+  /// Returns the instance of a hit; null if its mesh is in world space.
+  const PlacedInstance* instance_of(const RawHit& hit) const noexcept {
+    return hit.instance == kNoInstance ? nullptr : &instances[hit.instance];
+  }
   /// Returns the solid that the triangle of `hit` bounds; null if none.
   const Solid* solid_of(const RawHit& hit) const noexcept {
     const std::uint32_t solid = placed_mesh(hit).solid;

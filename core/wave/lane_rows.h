@@ -1,4 +1,4 @@
-/// Rows of sixteen floats, one for each lane.
+/// Rows of floats, one for each lane.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,17 @@
 #include "core/math/lane_math.h"
 
 namespace core {
+
+inline constexpr float kNothing[16] = {};  ///< row for inactive lanes
+
+/// Loads a vector from each row, and the float after it.
+template <std::size_t N>
+Vec3s<N> gather(const float* const (&rows)[N], Floats<N>& behind) {
+  Floats<N> columns[4];
+  transpose(rows, columns);
+  behind = columns[3];
+  return {columns[0], columns[1], columns[2]};
+}
 
 /// Loads float 4 i + j of the rows into columns[i][j].
 template <std::size_t N>

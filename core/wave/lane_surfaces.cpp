@@ -47,41 +47,44 @@ bool shines_alone(const Material& m) {
   return m.is_emissive && (m.emissive.texture != nullptr || m.factors.clearcoat > 0);
 }
 
-/// Adds a lane on the boundary of a solid.
+/// Adds a lane's values beyond SurfaceLanes, except for the normal of the coat.
 template <std::size_t N>
-void set_solid(LaneHits<N>& out, std::size_t k, const BsdfParameters& b) {
-  if (out.solid == 0) {
-    out.solids = {Floats<N>(0), Vec3s<N>(Vec3{1, 1, 1}), Floats<N>(1), Mask<N>::of(0)};
+void set_extras(const LaneMesh& mesh, std::size_t k, const BsdfParameters& b, const BsdfLayers& l,
+                LaneHits<N>& out) {
+  const auto vec = [](Rgb c) { return Vec3{c.r, c.g, c.b}; };
+  const unsigned bit = 1U << k;
+  if (mesh.has_layers) {
+    out.layered |= bit;
+    set_lane(out.layers, k, l);
   }
-  out.solid |= 1U << k;
-  out.solids.transmission.v[k] = b.transmission;
-  out.solids.specular_color.set(k, {b.specular_color.r, b.specular_color.g, b.specular_color.b});
-}
-
-/// Adds a lane on a thin wall, or with diffuse transmission.
-template <std::size_t N>
-void set_wall(LaneHits<N>& out, std::size_t k, float transmission, float diffuse, Rgb color) {
-  if (out.wall == 0) {
-    out.walls = {Floats<N>(0), Floats<N>(0), Vec3s<N>(Vec3{})};
+  if (mesh.solid != kNoSolid) {
+    if (out.solid == 0) {
+      out.solids = {Floats<N>(0), Vec3s<N>(Vec3{1, 1, 1}), Floats<N>(1), Mask<N>::of(0)};
+    }
+    out.solid |= bit;
+    out.solids.transmission.v[k] = b.transmission;
+    out.solids.specular_color.set(k, vec(b.specular_color));
   }
-  out.wall |= 1U << k;
-  out.walls.transmission.v[k] = transmission;
-  out.walls.diffuse.v[k] = clamp01(diffuse);
-  out.walls.diffuse_color.set(k, {clamp01(color.r), clamp01(color.g), clamp01(color.b)});
+  if (mesh.is_wall) {
+    if (out.wall == 0) {
+      out.walls = {Floats<N>(0), Floats<N>(0), Vec3s<N>(Vec3{})};
+    }
+    out.wall |= bit;
+    out.walls.transmission.v[k] = b.transmission;
+    out.walls.diffuse.v[k] = l.diffuse_transmission;
+    out.walls.diffuse_color.set(k, vec(l.diffuse_transmission_color));
+  }
+  if (mesh.has_film) {
+    out.films.on |= bit;
+    out.films.weight.v[k] = l.iridescence;
+    out.films.ior.v[k] = l.iridescence_ior;
+    out.films.thickness_nm.v[k] = l.iridescence_thickness_nm;
+    out.films.wavelengths_nm.set(k, {});
+  }
 }
 
-/// Adds a lane with a film.
-template <std::size_t N>
-void set_film(LaneHits<N>& out, std::size_t k, float weight, float ior, float thickness_nm) {
-  out.films.on |= 1U << k;
-  out.films.weight.v[k] = weight;
-  out.films.ior.v[k] = ior;
-  out.films.thickness_nm.v[k] = thickness_nm;
-  out.films.wavelengths_nm.set(k, {});
-}
-
-/// Clamps the layers, and turns the coat's normal from world space into the frame of the surface's.
-/// Sets all to 0 if there are none yet.
+/// Turns the coat's normal from world space into the frame of the surface's. Sets all to 0 if there
+/// are no layers yet.
 template <std::size_t N>
 [[gnu::noinline]] void finish(LaneHits<N>& out) {
   LayerLanes<N>& layers = out.layers;
@@ -89,28 +92,12 @@ template <std::size_t N>
     layers = {};
     return;
   }
-  const auto clamped = [](Vec3s<N> c) {
-    return Vec3s<N>(clamp01(c.x), clamp01(c.y), clamp01(c.z));
-  };
-  layers.clearcoat = clamp01(layers.clearcoat);
-  layers.clearcoat_roughness = clamp01(layers.clearcoat_roughness);
   layers.clearcoat_normal = frame_from_normal(out.surface.normal).to_local(layers.clearcoat_normal);
-  layers.sheen_color = clamped(layers.sheen_color);
-  layers.sheen_roughness = clamp01(layers.sheen_roughness);
 }
 
-}  // namespace
-
-bool lanes_support(const SceneData& scene, const Solid& solid) noexcept {
-  const Material& m = *solid.material;
-  return !scene.has_solid_holes && solid.kind != SolidKind::kCavity && !m.medium.scatters() &&
-         !(m.factors.dispersion > 0);
-}
-
-LaneSurfaces::~LaneSurfaces() = default;
-
+/// Addresses of the lanes' triangles and materials, as rows of floats.
 template <std::size_t N>
-struct LaneSurfaces::Rows {
+struct FaceRows {
   const float* positions[3][N];
   const float* normals[3][N];
   const float* material[N];
@@ -125,7 +112,7 @@ struct LaneSurfaces::Rows {
   unsigned round[2] = {0, 0};  ///< MeshData::round_sides: front, back
   unsigned emits_from_both_sides = 0;
 
-  Rows() {
+  FaceRows() {
     for (std::size_t k = 0; k < N; ++k) {
       mirror[k] = spread[k] = 1;
       place_m[k] = 0;
@@ -151,11 +138,179 @@ struct LaneSurfaces::Rows {
   }
 };
 
+MeshAt mesh_at(const LaneMesh& mesh, const PlacedInstance* instance, float time) {
+  return {*mesh.mesh, instance == nullptr ? nullptr : &instance->to_world, time};
+}
+
+template <std::size_t N>
+[[gnu::noinline]] void move_positions(FaceRows<N>& rows, std::size_t k, const MeshAt& mesh,
+                                      const std::uint32_t* v) {
+  const Corners<Vec3> p = mesh.corners(v);
+  for (std::size_t c = 0; c < 3; ++c) {
+    rows.placed[c][k] = {p[c].x, p[c].y, p[c].z, 0};
+    rows.positions[c][k] = &rows.placed[c][k].x;
+  }
+}
+
+template <std::size_t N>
+[[gnu::noinline]] void move_normals(FaceRows<N>& rows, std::size_t k, const MeshAt& mesh,
+                                    const std::uint32_t* v) {
+  const Corners<Vec3> n = {mesh.normal(v[0]), mesh.normal(v[1]), mesh.normal(v[2])};
+  for (std::size_t c = 0; c < 3; ++c) {
+    rows.turned[c][k] = {n[c].x, n[c].y, n[c].z, 0};
+    rows.normals[c][k] = &rows.turned[c][k].x;
+  }
+  rows.moved |= 1U << k;
+}
+
+template <std::size_t N>
+[[gnu::always_inline]] inline void add_face(FaceRows<N>& rows, std::size_t k, const LaneMesh& mesh,
+                                            const RawHit& hit, const PlacedInstance* instance,
+                                            float time) {
+  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
+  for (std::size_t c = 0; c < 3; ++c) {
+    rows.positions[c][k] = &mesh.positions[v[c]].x;
+  }
+  if (instance != nullptr) {
+    rows.mirror[k] = instance->to_world.determinant() < 0 ? -1.0F : 1.0F;
+    rows.spread[k] = instance->error.spread;
+    rows.place_m[k] = instance->error.place_m;
+  }
+  if (instance != nullptr || mesh.moves) {
+    move_positions(rows, k, mesh_at(mesh, instance, time), v);
+  }
+}
+
+template <std::size_t N>
+void add_triangle(FaceRows<N>& rows, std::size_t k, const LaneMesh& mesh, const RawHit& hit,
+                  const PlacedInstance* instance, float time) {
+  rows.material[k] = mesh.row->at;
+  rows.light[k] = static_cast<std::int32_t>(
+      mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
+  rows.emits_from_both_sides |= mesh.emits_from_both_sides ? 1U << k : 0U;
+  add_face(rows, k, mesh, hit, instance, time);
+  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
+  if (mesh.normals != nullptr) {
+    rows.smooth |= 1U << k;
+    if (mesh.round_sides != nullptr) {
+      const unsigned sides = mesh.round_sides[hit.primitive];
+      rows.round[0] |= (sides & 1U) << k;
+      rows.round[1] |= (sides >> 1 & 1U) << k;
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      rows.normals[c][k] = &mesh.normals[v[c]].x;
+    }
+    if (instance != nullptr || mesh.moves) {
+      move_normals(rows, k, mesh_at(mesh, instance, time), v);
+    }
+  }
+}
+
+template <std::size_t N>
+void add_maps(MapRows<N>& rows, std::size_t k, const LaneMesh& mesh, const RawHit& hit,
+              const PlacedInstance* instance, float time) {
+  rows.maps[k] = mesh.maps;
+  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
+  for (std::size_t c = 0; c < 3 && mesh.uv != nullptr; ++c) {
+    rows.u[c][k] = mesh.uv[v[c]].x;
+    rows.v[c][k] = mesh.uv[v[c]].y;
+  }
+  for (std::size_t c = 0; c < 3 && mesh.tangents != nullptr; ++c) {
+    const Vec4& t = mesh.tangents[v[c]];
+    rows.tangents[c][k] = &t.x;
+    if (instance != nullptr || mesh.moves) {
+      const Vec3 moved = mesh_at(mesh, instance, time).vector({t.x, t.y, t.z}, v);
+      rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
+      rows.tangents[c][k] = &rows.turned[c][k].x;
+    }
+  }
+}
+
+template <std::size_t N>
+[[gnu::always_inline]] inline FaceOf<Floats<N>> face(const FaceRows<N>& rows, Vec3s<N> origin,
+                                                     Vec3s<N> direction) {
+  Corners<Vec3s<N>> p;
+  Floats<N> behind;
+  for (std::size_t c = 0; c < 3; ++c) {
+    p[c] = gather(rows.positions[c], behind);
+  }
+  return face_at(p, origin, direction, load<N>(rows.mirror), load<N>(rows.spread),
+                 load<N>(rows.place_m));
+}
+
+template <std::size_t N>
+[[gnu::flatten]] TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments,
+                                             const FaceRows<N>& rows, LaneHits<N>& out) {
+  const Floats<N> zero(0);
+  const Floats<N> one(1);
+  const Vec3s<N> wo = -segments.direction;
+  TriangleLanes<N> triangles = {face(rows, segments.origin, segments.direction), {}, {}};
+  const FaceOf<Floats<N>>& at = triangles.face;
+  const Vec3s<N> geometric = at.geometric;
+  out.position = at.position;
+  const Floats<N> cos_front = dot(geometric, wo);
+  const Mask<N> front = cos_front >= zero;
+  const Floats<N> side = select(front, one, Floats<N>(-1));
+  SurfaceLanes<N>& s = out.surface;
+  s.normal_geometric = geometric * side;
+  s.horizon = s.normal_geometric;
+  s.origin = out.position;
+  s.error_m = at.error_m;
+  Vec3s<N> shading = geometric;
+  if (rows.smooth != 0) {
+    Corners<Vec3s<N>> corner;
+    Floats<N> behind;
+    for (std::size_t c = 0; c < 3; ++c) {
+      corner[c] = gather(rows.normals[c], behind);
+      if (rows.moved != 0) {
+        corner[c] = select(Mask<N>::of(rows.moved), normalize_or(corner[c], geometric), corner[c]);
+      }
+    }
+    const Mask<N> is_smooth = Mask<N>::of(rows.smooth);
+    shading = select(is_smooth, normalize_or(blend(corner, at.b), geometric), geometric);
+    const Mask<N> allowed =
+        (front & Mask<N>::of(rows.round[0])) | (~front & Mask<N>::of(rows.round[1]));
+    if (allowed.any()) {
+      leave_bulge(allowed, bulge(at.p, corner, at.b, side), shading, geometric, side, wo, s.horizon,
+                  s.origin);
+    }
+  }
+  s.normal = facing(shading * side, wo);
+  Floats<N> c[4][4];
+  transpose_rows(rows.material, c);
+  s.base_color = {c[0][0], c[0][1], c[0][2]};
+  s.metallic = c[0][3];
+  s.roughness = c[1][0];
+  s.alpha = c[1][1];
+  s.f0 = {c[1][2], c[1][3], c[2][0]};
+  s.f90 = c[2][1];
+  const Mask<N> emits = (cos_front > zero) | Mask<N>::of(rows.emits_from_both_sides);
+  out.emitted = {select(emits, c[2][2], zero), select(emits, c[2][3], zero),
+                 select(emits, c[3][0], zero)};
+  out.light = load<N>(rows.light);
+  out.distance_m = length(out.position - segments.origin);
+  out.cone_width_m = segments.cone_width_m + segments.cone_spread_rad * out.distance_m;
+  triangles.shading = shading;
+  triangles.side = side;
+  return triangles;
+}
+
+}  // namespace
+
+bool lanes_support(const SceneData& scene, const Solid& solid) noexcept {
+  const Material& m = *solid.material;
+  return !scene.has_solid_holes && solid.kind != SolidKind::kCavity && !m.medium.scatters() &&
+         !(m.factors.dispersion > 0);
+}
+
+LaneSurfaces::~LaneSurfaces() = default;
+
 LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(scene) {
   for (const Material& m : scene.materials) {
     const BsdfParameters& b = m.plain;
     const Rgb e = m.is_emissive && !shines_alone(m) ? m.factors.emissive : Rgb{};
-    maps_.push_back(LaneMaps::of(m));
+    maps_.push_back(LaneMaps(m));
+    set_layers(m, UntexturedPoint(), layers_.emplace_back());
     materials_.push_back({{b.base_color.r, b.base_color.g, b.base_color.b, b.metallic,  //
                            b.roughness, b.alpha_x, b.f0.r, b.f0.g,                      //
                            b.f0.b, b.f90, e.r, e.g, e.b, 0, 0, 0}});
@@ -164,24 +319,20 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
     const MeshData& mesh = scene.meshes[placed.mesh];
     const Material& m = scene.materials[mesh.material];
     const bool is_brushed = m.factors.anisotropy > 0;
-    const bool has_film = m.factors.iridescence > 0;
     const bool is_plain = !m.has_texture && mesh.colors.empty() && !is_brushed;
     const bool maps = is_mapped(m) && mesh.colors.empty() && !is_brushed &&
                       !turns_tangents(mesh, m.normal) && !turns_tangents(mesh, m.clearcoat_normal);
+    const bool is_wall = m.transmits && !m.is_volume;
+    const bool has_film = m.factors.iridescence > 0;
     const bool has_layers = m.factors.clearcoat > 0 || !is_black(m.factors.sheen_color);
-    has_layers_ = has_layers_ || has_layers;
     const bool is_solid = placed.solid != kNoSolid;
     const bool is_supported =
         !is_unsupported(m, is_solid) &&
         (!is_solid || (has_solids && lanes_support(scene, scene.solids[placed.solid])));
-    has_solids_ = has_solids_ || (is_solid && is_supported);
-    const bool is_wall = m.transmits && !m.is_volume && is_supported;
-    has_walls_ = has_walls_ || is_wall;
-    has_films_ = has_films_ || (has_film && is_supported);
-    const Kind kind = !is_supported ? Kind::kUnsupported
-                      : is_plain    ? Kind::kPlain
-                      : maps        ? Kind::kMapped
-                                    : Kind::kTextured;
+    const LaneMesh::Kind kind = !is_supported ? LaneMesh::Kind::kUnsupported
+                                : is_plain    ? LaneMesh::Kind::kPlain
+                                : maps        ? LaneMesh::Kind::kMapped
+                                              : LaneMesh::Kind::kTextured;
     const auto* uv =
         maps ? &mesh.uv[static_cast<std::size_t>(first_mapped(m)->description.uv_set)] : nullptr;
     const auto data = [](const auto& values) { return values.empty() ? nullptr : values.data(); };
@@ -195,8 +346,10 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                        data(mesh.tangents),
                        placed.first_light,
                        kind,
-                       mesh.later.empty() ? nullptr : &mesh,
+                       &mesh,
+                       !mesh.later.empty(),
                        &m,
+                       &layers_[mesh.material],
                        same_coverage(m, has_alpha_map(m) || !mesh.colors.empty()),
                        m.is_clear,
                        m.factors.emits_from_both_sides(),
@@ -204,18 +357,22 @@ LaneSurfaces::LaneSurfaces(const SceneData& scene, bool has_solids) : scene_(sce
                        has_layers,
                        is_wall,
                        has_film,
+                       has_layers || is_wall || has_film || is_solid,
                        placed.solid,
                        is_solid && scene.solids[placed.solid].shares_space});
+    has_layers_ = has_layers_ || has_layers;
+    has_kinds_ = has_kinds_ || placed_.back().has_extras != placed_.front().has_extras;
   }
 }
 
 template <std::size_t N>
 void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned on,
                         LaneHits<N>& out) const {
-  Rows<N> rows;
+  FaceRows<N> rows;
   unsigned plain = 0;
   unsigned mapped = 0;
   unsigned textured = 0;
+  unsigned extras = 0;
   unsigned front = 0;
   unsigned single = 0;
   out.unsupported = 0;
@@ -224,18 +381,15 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const unsigned bit = 1U << k;
     const RawHit& hit = hits[k];
-    const PlacedInstance* instance = instance_of(hit);
-    const Entry& mesh = entry_of(hit);
-    if (mesh.kind == Kind::kUnsupported) {
+    const LaneMesh& mesh = entry_of(hit);
+    if (mesh.kind == LaneMesh::Kind::kUnsupported) {
       out.unsupported |= bit;
-    } else if (mesh.kind == Kind::kTextured || (mesh.shines_alone && shines(mesh, hit))) {
+    } else if (mesh.kind == LaneMesh::Kind::kTextured || (mesh.shines_alone && shines(mesh, hit))) {
       textured |= bit;
     } else {
-      (mesh.kind == Kind::kPlain ? plain : mapped) |= bit;
-      add_triangle(rows, k, mesh, hit, instance);
-      if (mesh.moving != nullptr) {
-        move_triangle(rows, k, *mesh.moving, hit.primitive, segments.time.v[k]);
-      }
+      (mesh.kind == LaneMesh::Kind::kPlain ? plain : mapped) |= bit;
+      extras |= mesh.has_extras ? bit : 0U;
+      add_triangle(rows, k, mesh, hit, scene_.instance_of(hit), segments.time.v[k]);
     }
   }
   if ((plain | mapped) == 0) {
@@ -243,26 +397,16 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   } else {
     rows.complete(plain | mapped);
     const TriangleLanes<N> triangles = meet_plain(segments, rows, out);
-    if (has_layers_) {
-      load_layers(hits, plain | mapped, out);
-    }
-    if (has_solids_) {
+    if (extras != 0) {
       front = (triangles.side > Floats<N>(0)).bits();
-      single = load_solids(hits, plain | mapped, triangles, out);
-    }
-    if (has_walls_) {
-      load_walls(hits, plain | mapped, out);
-    }
-    if (has_films_) {
-      load_films(hits, plain | mapped, out);
+      single = load_extras(hits, extras, triangles.face, out);
     }
     if (mapped != 0) {
       MapRows<N> maps;
       for (unsigned rest = mapped; rest != 0; rest &= rest - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-        const PlacedInstance* instance = instance_of(hits[k]);
-        add_maps(maps, k, entry_of(hits[k]), hits[k],
-                 instance == nullptr ? nullptr : &instance->to_world, segments.time.v[k]);
+        add_maps(maps, k, entry_of(hits[k]), hits[k], scene_.instance_of(hits[k]),
+                 segments.time.v[k]);
       }
       textured |= mapped & ~apply_maps(segments, triangles, maps, Mask<N>::of(mapped), out).bits();
     }
@@ -283,144 +427,28 @@ void LaneSurfaces::meet(const SegmentLanes<N>& segments, const RawHit (&hits)[N]
   }
 }
 
+/// Loads the factors beyond SurfaceLanes in the lanes of `on`, and the coats' normals without their
+/// textures, in world space. Returns the lanes that are known to be on a single face of a solid.
 template <std::size_t N>
-[[gnu::always_inline]] inline void LaneSurfaces::add_face(Rows<N>& rows, std::size_t k,
-                                                          const Entry& mesh, const RawHit& hit,
-                                                          const PlacedInstance* instance) {
-  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
-  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
-  for (std::size_t c = 0; c < 3; ++c) {
-    rows.positions[c][k] = &mesh.positions[v[c]].x;
-  }
-  if (to_world != nullptr) {
-    rows.mirror[k] = to_world->determinant() < 0 ? -1.0F : 1.0F;
-    rows.spread[k] = instance->error.spread;
-    rows.place_m[k] = instance->error.place_m;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Vec3 p = to_world->point(mesh.positions[v[c]]);
-      rows.placed[c][k] = {p.x, p.y, p.z, 0};
-      rows.positions[c][k] = &rows.placed[c][k].x;
-    }
-  }
-}
-
-template <std::size_t N>
-void LaneSurfaces::add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                                const PlacedInstance* instance) {
-  const Transform* to_world = instance == nullptr ? nullptr : &instance->to_world;
-  rows.material[k] = mesh.row->at;
-  rows.light[k] = static_cast<std::int32_t>(
-      mesh.first_light == kNoLight ? kNoLight : mesh.first_light + hit.primitive);
-  rows.emits_from_both_sides |= mesh.emits_from_both_sides ? 1U << k : 0U;
-  add_face(rows, k, mesh, hit, instance);
-  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
-  if (mesh.normals != nullptr) {
-    rows.smooth |= 1U << k;
-    rows.moved |= to_world != nullptr ? 1U << k : 0U;
-    if (mesh.round_sides != nullptr) {
-      const unsigned sides = mesh.round_sides[hit.primitive];
-      rows.round[0] |= (sides & 1U) << k;
-      rows.round[1] |= (sides >> 1 & 1U) << k;
-    }
-    for (std::size_t c = 0; c < 3; ++c) {
-      const Vec3& given = mesh.normals[v[c]];
-      rows.normals[c][k] = &given.x;
-      if (to_world != nullptr) {
-        const Vec3 n = to_world->normal(given);
-        rows.turned[c][k] = {n.x, n.y, n.z, 0};
-        rows.normals[c][k] = &rows.turned[c][k].x;
-      }
-    }
-  }
-}
-
-/// Puts a triangle that moves, and thus is in world space, where it is at this time.
-template <std::size_t N>
-[[gnu::noinline]] void LaneSurfaces::move_triangle(Rows<N>& rows, std::size_t k,
-                                                   const MeshData& mesh, std::uint32_t triangle,
-                                                   float time) {
-  const std::uint32_t* v = &mesh.indices[3 * std::size_t{triangle}];
-  for (std::size_t c = 0; c < 3; ++c) {
-    const Vec3 p = mesh.position(v[c], time);
-    rows.placed[c][k] = {p.x, p.y, p.z, 0};
-    rows.positions[c][k] = &rows.placed[c][k].x;
-    if (!mesh.normals.empty()) {
-      const Vec3 n = mesh.at_time(&MovedVertices::normals, mesh.normals[v[c]], v[c], time);
-      rows.turned[c][k] = {n.x, n.y, n.z, 0};
-      rows.normals[c][k] = &rows.turned[c][k].x;
-      rows.moved |= 1U << k;
-    }
-  }
-}
-
-/// Loads the factors of clearcoat and sheen in the lanes of `on`, and the coat's normal without its
-/// texture, in world space.
-template <std::size_t N>
-void LaneSurfaces::load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const {
-  for (; on != 0; on &= on - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    const Entry& mesh = entry_of(hits[k]);
-    if (!mesh.has_layers) {
-      continue;
-    }
-    const MaterialDescription& f = mesh.material->factors;
-    if (out.layered == 0) {
-      out.layers = LayerLanes<N>();
-      out.layers.clearcoat_normal = out.surface.normal;
-    }
-    out.layered |= 1U << k;
-    out.layers.clearcoat.v[k] = f.clearcoat;
-    out.layers.clearcoat_roughness.v[k] = f.clearcoat_roughness;
-    out.layers.sheen_color.set(k, {f.sheen_color.r, f.sheen_color.g, f.sheen_color.b});
-    out.layers.sheen_roughness.v[k] = f.sheen_roughness;
-  }
-}
-
-/// Loads the factors of solids in the lanes of `on`; returns those that are known to be on a single
-/// face.
-template <std::size_t N>
-[[gnu::noinline]] unsigned LaneSurfaces::load_solids(const RawHit (&hits)[N], unsigned on,
-                                                     const TriangleLanes<N>& triangles,
+[[gnu::noinline]] unsigned LaneSurfaces::load_extras(const RawHit (&hits)[N], unsigned on,
+                                                     const FaceOf<Floats<N>>& face,
                                                      LaneHits<N>& out) const {
   unsigned single = 0;
   for (; on != 0; on &= on - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (const Entry& mesh = entry_of(hits[k]); mesh.solid != kNoSolid) {
-      set_solid(out, k, mesh.material->plain);
-      single |= (scene_.is_single_face_within(hits[k], out.position.lane(k)) ? 1U : 0U) << k;
+    const LaneMesh& mesh = entry_of(hits[k]);
+    if (mesh.has_layers && out.layered == 0) {
+      out.layers = LayerLanes<N>();
+      out.layers.clearcoat_normal = out.surface.normal;
+    }
+    set_extras(mesh, k, mesh.material->plain, *mesh.layers, out);
+    if (mesh.solid != kNoSolid && scene_.is_single_face_within(hits[k], out.position.lane(k))) {
+      single |= 1U << k;
     }
   }
   return single == 0
              ? 0
-             : single &
-                   is_within(triangles.p, triangles.n, out.position, scene_.edge_margin_m).bits();
-}
-
-/// Loads the factors of walls in the lanes of `on`.
-template <std::size_t N>
-[[gnu::noinline]] void LaneSurfaces::load_walls(const RawHit (&hits)[N], unsigned on,
-                                                LaneHits<N>& out) const {
-  for (; on != 0; on &= on - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (const Entry& mesh = entry_of(hits[k]); mesh.is_wall) {
-      const Material& m = *mesh.material;
-      set_wall(out, k, m.plain.transmission, m.factors.diffuse_transmission,
-               m.factors.diffuse_transmission_color);
-    }
-  }
-}
-
-/// Loads the factors of films in the lanes of `on`.
-template <std::size_t N>
-[[gnu::noinline]] void LaneSurfaces::load_films(const RawHit (&hits)[N], unsigned on,
-                                                LaneHits<N>& out) const {
-  for (; on != 0; on &= on - 1) {
-    const auto k = static_cast<std::size_t>(std::countr_zero(on));
-    if (const Entry& mesh = entry_of(hits[k]); mesh.has_film) {
-      const MaterialDescription& f = mesh.material->factors;
-      set_film(out, k, clamp01(f.iridescence), f.iridescence_ior, f.iridescence_thickness_max_nm);
-    }
-  }
+             : single & is_within(face.p, face.n, out.position, scene_.edge_margin_m).bits();
 }
 
 /// Finds the media beyond the boundaries of solids. What is not a single face between a solid and
@@ -468,76 +496,21 @@ template <std::size_t N>
   }
 }
 
-template <std::size_t N>
-void LaneSurfaces::add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                            const Transform* to_world, float time) {
-  rows.set(k, *mesh.maps);
-  const std::uint32_t* v = mesh.indices + 3 * std::size_t{hit.primitive};
-  for (std::size_t c = 0; c < 3 && mesh.uv != nullptr; ++c) {
-    rows.u[c][k] = mesh.uv[v[c]].x;
-    rows.v[c][k] = mesh.uv[v[c]].y;
-  }
-  for (std::size_t c = 0; c < 3 && mesh.tangents != nullptr; ++c) {
-    const Vec4& t = mesh.tangents[v[c]];
-    rows.tangents[c][k] = &t.x;
-    if (to_world != nullptr) {
-      const Vec3 moved = to_world->vector({t.x, t.y, t.z});
-      rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
-      rows.tangents[c][k] = &rows.turned[c][k].x;
-    } else if (mesh.moving != nullptr) {
-      Corners<Vec3> first;
-      Corners<Vec3> now;
-      for (std::size_t i = 0; i < 3; ++i) {
-        first[i] = mesh.positions[v[i]];
-        now[i] = mesh.moving->position(v[i], time);
-      }
-      const Vec3 moved = carried({t.x, t.y, t.z}, first, now);
-      rows.turned[c][k] = {moved.x, moved.y, moved.z, t.w};
-      rows.tangents[c][k] = &rows.turned[c][k].x;
-    }
-  }
-}
-
-template <std::size_t N>
-[[gnu::always_inline]] inline FaceLanes<N> LaneSurfaces::face(const Rows<N>& rows, Vec3s<N> origin,
-                                                              Vec3s<N> direction) {
-  FaceLanes<N> out;
-  Floats<N> behind;
-  for (std::size_t c = 0; c < 3; ++c) {
-    out.p[c] = gather(rows.positions[c], behind);
-  }
-  const Vec3s<N> edge1 = out.p[1] - out.p[0];
-  const Vec3s<N> edge2 = out.p[2] - out.p[0];
-  out.n = cross(edge1, edge2);
-  out.b = barycentrics(out.p, out.n, origin, direction);
-  out.position = blend(out.p, out.b);
-  out.twice_area = length(out.n);
-  out.mirror = load<N>(rows.mirror);
-  out.geometric =
-      select(out.twice_area > Floats<N>(0), out.n * (out.mirror / out.twice_area), -direction);
-  out.error_m = plane_error_m(out.position, edge1, edge2, out.twice_area, load<N>(rows.spread),
-                              load<N>(rows.place_m));
-  return out;
-}
-
 [[gnu::flatten]] Floats<8> LaneSurfaces::go_behind(TracedPacket& packet, unsigned on) const {
-  Rows<8> rows;
+  FaceRows<8> rows;
   for (unsigned rest = on; rest != 0; rest &= rest - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(rest));
     const RawHit hit = packet.hit(k);
-    const Entry& mesh = entry_of(hit);
+    const LaneMesh& mesh = entry_of(hit);
     rows.material[k] = kNothing;
-    add_face(rows, k, mesh, hit, instance_of(hit));
-    if (mesh.moving != nullptr) {
-      move_triangle(rows, k, *mesh.moving, hit.primitive, packet.rays.time[k]);
-    }
+    add_face(rows, k, mesh, hit, scene_.instance_of(hit), packet.rays.time[k]);
   }
   rows.complete(on);
   RayPacket& rays = packet.rays;
   const Vec3s<8> origin = {load<8>(rays.origin_x), load<8>(rays.origin_y), load<8>(rays.origin_z)};
   const Vec3s<8> direction = {load<8>(rays.direction_x), load<8>(rays.direction_y),
                               load<8>(rays.direction_z)};
-  const FaceLanes<8> at = face(rows, origin, direction);
+  const FaceOf<Floats<8>> at = face(rows, origin, direction);
   const Vec3s<8> behind = origin_behind(at.position, at.geometric, at.error_m, direction);
   const Mask<8> moved = Mask<8>::of(on);
   store(rays.origin_x, select(moved, behind.x, origin.x));
@@ -546,64 +519,8 @@ template <std::size_t N>
   return length(at.position - origin);
 }
 
-template <std::size_t N>
-[[gnu::flatten]] TriangleLanes<N> LaneSurfaces::meet_plain(const SegmentLanes<N>& segments,
-                                                           const Rows<N>& rows, LaneHits<N>& out) {
-  const Floats<N> zero(0);
-  const Floats<N> one(1);
-  const Vec3s<N> wo = -segments.direction;
-  const auto [p, n, b, position, geometric, twice_area, error_m, mirror] =
-      face(rows, segments.origin, segments.direction);
-  out.position = position;
-  const Floats<N> cos_front = dot(geometric, wo);
-  const Mask<N> front = cos_front >= zero;
-  const Floats<N> side = select(front, one, Floats<N>(-1));
-  SurfaceLanes<N>& s = out.surface;
-  s.normal_geometric = geometric * side;
-  s.horizon = s.normal_geometric;
-  s.origin = out.position;
-  s.error_m = error_m;
-  Vec3s<N> shading = geometric;
-  if (rows.smooth != 0) {
-    Corners<Vec3s<N>> corner;
-    Floats<N> behind;
-    for (std::size_t c = 0; c < 3; ++c) {
-      corner[c] = gather(rows.normals[c], behind);
-      if (rows.moved != 0) {
-        corner[c] = select(Mask<N>::of(rows.moved), normalize_or(corner[c], geometric), corner[c]);
-      }
-    }
-    const Mask<N> is_smooth = Mask<N>::of(rows.smooth);
-    shading = select(is_smooth, normalize_or(blend(corner, b), geometric), geometric);
-    const Mask<N> allowed =
-        (front & Mask<N>::of(rows.round[0])) | (~front & Mask<N>::of(rows.round[1]));
-    if (allowed.any()) {
-      const Floats<N> above = bulge(p, corner, b, side);
-      const Mask<N> round = allowed & (above > zero) & (dot(shading, geometric) > zero);
-      s.horizon = select(round, facing(shading * side, wo), s.horizon);
-      s.origin = select(round, out.position + shading * (side * above), s.origin);
-    }
-  }
-  s.normal = facing(shading * side, wo);
-  Floats<N> c[4][4];
-  transpose_rows(rows.material, c);
-  s.base_color = {c[0][0], c[0][1], c[0][2]};
-  s.metallic = c[0][3];
-  s.roughness = c[1][0];
-  s.alpha = c[1][1];
-  s.f0 = {c[1][2], c[1][3], c[2][0]};
-  s.f90 = c[2][1];
-  const Mask<N> emits = (cos_front > zero) | Mask<N>::of(rows.emits_from_both_sides);
-  out.emitted = {select(emits, c[2][2], zero), select(emits, c[2][3], zero),
-                 select(emits, c[3][0], zero)};
-  out.light = load<N>(rows.light);
-  out.distance_m = length(out.position - segments.origin);
-  out.cone_width_m = segments.cone_width_m + segments.cone_spread_rad * out.distance_m;
-  return {p, n, b, geometric, shading, twice_area, side, mirror};
-}
-
 /// Returns whether emission that is evaluated lane by lane is not black at the hit.
-bool LaneSurfaces::shines(const Entry& mesh, const RawHit& hit) const {
+bool LaneSurfaces::shines(const LaneMesh& mesh, const RawHit& hit) const {
   return mesh.first_light == kNoLight ||
          !is_black(scene_.triangle_lights[mesh.first_light + hit.primitive].radiance);
 }
@@ -633,43 +550,23 @@ bool LaneSurfaces::meet_textured(const SegmentLanes<N>& segments, const RawHit& 
   s.horizon.set(k, shading.horizon);
   s.origin.set(k, shading.origin);
   s.error_m.v[k] = point.error_m;
-  s.base_color.set(k, {b.base_color.r, b.base_color.g, b.base_color.b});
-  s.metallic.v[k] = b.metallic;
-  s.roughness.v[k] = b.roughness;
-  s.alpha.v[k] = b.alpha_y;
+  set_lane(s, k, b);
+  s.f0.set(k, {b.f0.r, b.f0.g, b.f0.b});
+  s.f90.v[k] = b.f90;
   if (material.factors.anisotropy > 0) {
     out.brushed |= 1U << k;
     out.brush.alpha_x.v[k] = b.alpha_x;
     out.brush.along.set(k, shading.frame.s);
   }
-  s.f0.set(k, {b.f0.r, b.f0.g, b.f0.b});
-  s.f90.v[k] = b.f90;
+  set_extras(entry_of(hit), k, b, shading.layers, out);
   if (entry_of(hit).has_layers) {
-    const BsdfLayers& l = shading.layers;
-    out.layered |= 1U << k;
-    out.layers.clearcoat.v[k] = l.clearcoat;
-    out.layers.clearcoat_roughness.v[k] = l.clearcoat_roughness;
-    out.layers.clearcoat_normal.set(k, l.clearcoat_normal);
-    out.layers.sheen_color.set(k, {l.sheen_color.r, l.sheen_color.g, l.sheen_color.b});
-    out.layers.sheen_roughness.v[k] = l.sheen_roughness;
+    out.layers.clearcoat_normal.set(k, shading.layers.clearcoat_normal);
   }
   out.position.set(k, point.position);
   out.emitted.set(k, {light.r, light.g, light.b});
   out.light.v[k] = static_cast<std::int32_t>(point.light);
   out.distance_m.v[k] = distance;
   out.cone_width_m.v[k] = cone;
-  if (entry_of(hit).solid != kNoSolid) {
-    set_solid(out, k, b);
-  }
-  if (entry_of(hit).is_wall) {
-    const bool is_diffuse = material.factors.diffuse_transmission > 0;
-    set_wall(out, k, b.transmission, is_diffuse ? shading.layers.diffuse_transmission : 0.0F,
-             shading.layers.diffuse_transmission_color);
-  }
-  if (entry_of(hit).has_film) {
-    const BsdfLayers& l = shading.layers;
-    set_film(out, k, l.iridescence, l.iridescence_ior, l.iridescence_thickness_nm);
-  }
   return shading.front;
 }
 

@@ -60,12 +60,39 @@ bool lanes_support(const SceneData& scene, const Solid& solid) noexcept;
 
 struct TracedPacket;
 struct LaneMaps;
-template <std::size_t N>
-struct FaceLanes;
-template <std::size_t N>
-struct MapRows;
-template <std::size_t N>
-struct TriangleLanes;
+
+/// A mesh that rays can hit, through an instance or not.
+struct LaneMesh {
+  enum class Kind { kPlain, kMapped, kTextured, kUnsupported };
+  /// A material without its textures: base colour, metallic, roughness, alpha, f0, f90, emission.
+  struct alignas(64) Row {
+    float at[16];
+  };
+  const Vec3* positions;
+  const Vec3* normals;              ///< null if absent
+  const std::uint8_t* round_sides;  ///< null if none
+  const std::uint32_t* indices;
+  const Row* row;
+  const LaneMaps* maps;  ///< null unless mapped
+  const Vec2* uv;        ///< texture coordinates that the maps use; null if absent
+  const Vec4* tangents;  ///< null if absent
+  std::uint32_t first_light;
+  Kind kind;
+  const MeshData* mesh;
+  bool moves;
+  const Material* material;
+  const BsdfLayers* layers;  ///< without their textures
+  float coverage;            ///< everywhere; negative: it may vary
+  bool is_clear;
+  bool emits_from_both_sides;
+  bool shines_alone;  ///< emission is evaluated lane by lane
+  bool has_layers;    ///< clearcoat or sheen
+  bool is_wall;       ///< transmits without a solid
+  bool has_film;
+  bool has_extras;      ///< any of these, or a solid
+  std::uint32_t solid;  ///< PlacedMesh::solid
+  bool shares_space;    ///< as of the solid
+};
 
 class LaneSurfaces {
  public:
@@ -85,95 +112,36 @@ class LaneSurfaces {
   }
   /// Moves the origins of rays `on` behind their hits, as ray_behind(); returns the distances.
   Floats<8> go_behind(TracedPacket& packet, unsigned on) const;
-  /// Returns whether there are surfaces that transmit().
-  bool may_transmit() const { return has_solids_ || has_walls_; }
-  /// The hits `on`, from `first` on, on boundaries of solids and on thin walls.
+  /// Returns whether there are surfaces with layers that lanes compute apart, and others.
+  bool has_kinds() const { return has_kinds_; }
+  /// The hits `on`, from `first` on, at surfaces with layers that lanes compute apart.
   template <std::size_t N>
-  unsigned transmitting(const WaveHits& hits, std::size_t first, unsigned on) const {
+  unsigned with_extras(const WaveHits& hits, std::size_t first, unsigned on) const {
     unsigned out = 0;
     for (; on != 0; on &= on - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(on));
-      const Entry& mesh = entry_of({0, hits.instance.at[first + k], hits.geometry.at[first + k],
-                                    hits.primitive.at[first + k]});
-      out |= (mesh.solid != kNoSolid || mesh.is_wall ? 1U : 0U) << k;
+      const LaneMesh& mesh = entry_of({0, hits.instance.at[first + k], hits.geometry.at[first + k],
+                                       hits.primitive.at[first + k]});
+      out |= (mesh.has_extras ? 1U : 0U) << k;
     }
     return out;
   }
   /// Returns whether a hit lets no light through, whatever is around it.
   bool blocks(const RawHit& hit, const Ray& ray) const {
-    const Entry& mesh = entry_of(hit);
+    const LaneMesh& mesh = entry_of(hit);
     return !mesh.is_clear && !mesh.shares_space && !(coverage(hit, ray) < 1);
   }
 
  private:
-  enum class Kind { kPlain, kMapped, kTextured, kUnsupported };
-  /// A material without its textures: base colour, metallic, roughness, alpha, f0, f90, emission.
-  struct alignas(64) Row {
-    float at[16];
-  };
-  /// A mesh instance.
-  struct Entry {
-    const Vec3* positions;
-    const Vec3* normals;              ///< null if absent
-    const std::uint8_t* round_sides;  ///< null if none
-    const std::uint32_t* indices;
-    const Row* row;
-    const LaneMaps* maps;  ///< null unless mapped
-    const Vec2* uv;        ///< texture coordinates that the maps use; null if absent
-    const Vec4* tangents;  ///< null if absent
-    std::uint32_t first_light;
-    Kind kind;
-    const MeshData* moving;  ///< null if it is at rest
-    const Material* material;
-    float coverage;  ///< everywhere; negative: it may vary
-    bool is_clear;
-    bool emits_from_both_sides;
-    bool shines_alone;  ///< emission is evaluated lane by lane
-    bool has_layers;    ///< clearcoat or sheen
-    bool is_wall;       ///< transmits without a solid
-    bool has_film;
-    std::uint32_t solid;  ///< PlacedMesh::solid
-    bool shares_space;    ///< as of the solid
-  };
-  /// Addresses of the lanes' triangles and materials, as rows of floats.
-  template <std::size_t N>
-  struct Rows;
-
-  const Entry& entry_of(const RawHit& hit) const {
+  const LaneMesh& entry_of(const RawHit& hit) const {
     const std::size_t first =
         hit.instance == kNoInstance ? 0 : scene_.instances[hit.instance].first_placed;
     return placed_[first + hit.geometry];
   }
-  bool shines(const Entry& mesh, const RawHit& hit) const;
-  const PlacedInstance* instance_of(const RawHit& hit) const {
-    return hit.instance == kNoInstance ? nullptr : &scene_.instances[hit.instance];
-  }
+  bool shines(const LaneMesh& mesh, const RawHit& hit) const;
   template <std::size_t N>
-  static void add_face(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                       const PlacedInstance* instance);
-  template <std::size_t N>
-  static void add_triangle(Rows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                           const PlacedInstance* instance);
-  template <std::size_t N>
-  static void move_triangle(Rows<N>& rows, std::size_t k, const MeshData& mesh,
-                            std::uint32_t triangle, float time);
-  template <std::size_t N>
-  static void add_maps(MapRows<N>& rows, std::size_t k, const Entry& mesh, const RawHit& hit,
-                       const Transform* to_world, float time);
-  template <std::size_t N>
-  static FaceLanes<N> face(const Rows<N>& rows, Vec3s<N> origin, Vec3s<N> direction);
-  template <std::size_t N>
-  static TriangleLanes<N> meet_plain(const SegmentLanes<N>& segments, const Rows<N>& rows,
-                                     LaneHits<N>& out);
-  template <std::size_t N>
-  void load_layers(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
-  template <std::size_t N>
-  unsigned load_solids(const RawHit (&hits)[N], unsigned on, const TriangleLanes<N>& triangles,
+  unsigned load_extras(const RawHit (&hits)[N], unsigned on, const FaceOf<Floats<N>>& face,
                        LaneHits<N>& out) const;
-  template <std::size_t N>
-  void load_walls(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
-  template <std::size_t N>
-  void load_films(const RawHit (&hits)[N], unsigned on, LaneHits<N>& out) const;
   template <std::size_t N>
   void cross_solids(const SegmentLanes<N>& segments, const RawHit (&hits)[N], unsigned front,
                     unsigned single, LaneHits<N>& out) const;
@@ -182,13 +150,12 @@ class LaneSurfaces {
                      LaneHits<N>& out) const;
 
   const SceneData& scene_;
-  std::vector<Row> materials_;
-  std::vector<LaneMaps> maps_;  ///< as SceneData::materials
-  std::vector<Entry> placed_;   ///< as SceneData::placed
-  bool has_layers_ = false;     ///< some surface has clearcoat or sheen
-  bool has_solids_ = false;     ///< lanes support some solid
-  bool has_walls_ = false;      ///< some surface transmits without a solid
-  bool has_films_ = false;      ///< lanes support some film
+  std::vector<LaneMesh::Row> materials_;
+  std::vector<BsdfLayers> layers_;  ///< as SceneData::materials
+  std::vector<LaneMaps> maps_;      ///< as SceneData::materials
+  std::vector<LaneMesh> placed_;    ///< as SceneData::placed
+  bool has_layers_ = false;         ///< some surface has clearcoat or sheen
+  bool has_kinds_ = false;
 };
 
 }  // namespace core

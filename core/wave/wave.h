@@ -205,7 +205,7 @@ class Wave : public WaveFront {
   std::vector<ReturnedPath> waiting;     ///< empty when the wave has ended
   std::vector<Rgb> shares;               ///< of the light, as radiance; [sample * shares + share]
   std::unique_ptr<WaveCaught> caught;    ///< null without a catcher
-  std::unique_ptr<WaveFront> aside;      ///< null unless surfaces transmit; empty between steps
+  std::unique_ptr<WaveFront> aside;      ///< empty between steps; null if surfaces are alike
 };
 
 /// Traces the paths of waves. Immutable and shared by all threads.

@@ -23,7 +23,7 @@ void LaneTracer<N, Options>::begin(Wave& wave, const WaveStart& start,
     wave.shares.assign((split_count_ == 1 ? due.size() : kWavePaths) * share_count_, {});
   }
   catcher_.begin(wave);
-  if (surfaces_.may_transmit() && wave.aside == nullptr) {
+  if (surfaces_.has_kinds() && wave.aside == nullptr) {
     wave.aside = std::make_unique_for_overwrite<WaveFront>();
   }
   if (split_count_ > 1) {
@@ -163,8 +163,8 @@ template <std::size_t N, typename Options>
   to.paths.count += static_cast<std::size_t>(std::popcount(taken));
 }
 
-/// Removes the paths that have left the scene, and moves those on surfaces that transmit behind the
-/// others: chunks of lanes are full, and do alike work.
+/// Removes the paths that have left the scene, and moves those on surfaces with layers that lanes
+/// compute apart behind the others: chunks of lanes are full, and do alike work.
 template <std::size_t N, typename Options>
 void LaneTracer<N, Options>::close_gaps(Wave& wave) const {
   WaveHits& hits = wave.hits;
@@ -172,7 +172,7 @@ void LaneTracer<N, Options>::close_gaps(Wave& wave) const {
   for (std::size_t first = 0; first < end; first += N) {
     const unsigned there = lanes_below(end - first) & ((1U << N) - 1);
     const unsigned met = hits.is_hit.at[first / 8] >> (first % 8) & there;
-    const unsigned apart = wave.aside == nullptr ? 0 : surfaces_.transmitting<N>(hits, first, met);
+    const unsigned apart = wave.aside == nullptr ? 0 : surfaces_.with_extras<N>(hits, first, met);
     if (apart != 0) {
       move(wave, first, apart, *wave.aside);
     }

@@ -249,8 +249,8 @@ TEST(WaveLanes, RefuseAMaterialWithATextureThatTheyDoNotRead) {
   image.channels = 3;
   image.bytes.resize(3);
   const auto texture = core::Texture::create(image, false);
-  // Those that apply_maps() and read_layers() read; that of emission, which is added apart; and
-  // that of anisotropy, which has no effect without its factor.
+  // Those that apply_maps() reads; that of emission, which is added apart; and that of anisotropy,
+  // which has no effect without its factor.
   const std::vector<core::TextureSlot Material::*> known = {
       &Material::base_color,  &Material::metallic_roughness,  &Material::normal,
       &Material::clearcoat,   &Material::clearcoat_roughness, &Material::clearcoat_normal,

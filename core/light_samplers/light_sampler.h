@@ -237,11 +237,8 @@ LightSampler::Choice<N> LightSampler::choose(Mask<N> asked, Vec3s<N> point, Vec3
     out = {within(truncated(u_pick * count), Ints<N>(static_cast<std::int32_t>(light_count_))),
            Floats<N>(1) / count};
   } else {
-    for (std::size_t k = 0; k < N; ++k) {
-      const std::size_t cell = power_.sample(u_pick.v[k]).cell;
-      out.light.v[k] = static_cast<std::int32_t>(cell);
-      out.prob_light.v[k] = power_.prob_cell(cell);
-    }
+    out.light = power_.table().cell_of(u_pick);
+    out.prob_light = power_.table().prob_cell(out.light);
   }
   return out;
 }

@@ -9,7 +9,6 @@
 #include "core/film/due_sample.h"
 #include "core/film/filter.h"
 #include "core/math/lane_math.h"
-#include "core/sampling/distribution_lanes.h"
 #include "core/wave/lane_sampler.h"
 
 namespace core {
@@ -56,7 +55,7 @@ class LaneCamera {
       const bool is_box = filter_.is_box();
       const Floats<N> radius(filter_.radius_px());
       const auto offset = [&](Floats<N> t) {
-        const Floats<N> at = is_box ? t : TableLanes<N>{filter_.table()}.sample(t).x;
+        const Floats<N> at = is_box ? t : filter_.table().sample(t).x;
         return (at + at - Floats<N>(1)) * radius;
       };
       x = x + offset(u.x);

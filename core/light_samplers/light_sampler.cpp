@@ -76,24 +76,10 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
   return s;
 }
 
-float LightSampler::hemisphere_pdf_solid_angle(float cosine) const noexcept {
-  return sky_ == SkyDensity::kCompensated ? cosine_hemisphere_pdf_solid_angle(cosine)
-         : cosine > 0                     ? 1 / kTwoPi
-                                          : 0.0F;
-}
-
 LightSample LightSampler::from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept {
   LightSample s;
-  EnvironmentSample e;
-  if (is_over_hemisphere(normal_world)) {
-    const Vec3 local =
-        sky_ == SkyDensity::kCompensated ? cosine_hemisphere(u) : uniform_hemisphere(u);
-    e.wi_world = frame_from_normal(normal_world).to_world(local);
-    e.radiance = environment_->radiance(e.wi_world);
-    e.pdf_solid_angle = hemisphere_pdf_solid_angle(local.z);
-  } else {
-    e = environment_->sample(u, sky_);
-  }
+  const EnvironmentSample e =
+      environment_->has_sun() ? environment_->sample(u, sky_) : sample_sky(normal_world, u);
   s.wi_world = e.wi_world;
   s.radiance = e.radiance;
   s.is_far = true;
@@ -160,23 +146,20 @@ float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexce
 
 float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
                                     Vec3 normal_world) const noexcept {
+  const bool needs_point = environment_ != nullptr && !environment_->is_constant();
+  return pdf_environment(
+      direction_world, needs_point ? environment_->map().point(direction_world) : MapPoint<float>{},
+      point, normal_world);
+}
+
+float LightSampler::pdf_environment(Vec3 direction_world, const MapPoint<float>& at, Vec3 point,
+                                    Vec3 normal_world) const noexcept {
   const float prob = prob_environment(point, normal_world);
   if (!(prob > 0)) {
     return 0;
   }
-  return prob * (is_over_hemisphere(normal_world)
-                     ? hemisphere_pdf_solid_angle(dot(normal_world, direction_world))
-                     : environment_->pdf_solid_angle(direction_world, sky_));
-}
-
-float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
-                                    Vec3 normal_world) const noexcept {
-  if (environment_ != nullptr && is_over_hemisphere(normal_world)) {
-    return pdf_environment(direction_world, point, normal_world);
-  }
-  const float prob = prob_environment(point, normal_world);
-  return prob > 0 ? prob * environment_->pdf_solid_angle(direction_world, uv, sin_theta, sky_)
-                  : 0.0F;
+  return prob * (environment_->has_sun() ? environment_->pdf_solid_angle(direction_world, at, sky_)
+                                         : pdf_sky(normal_world, direction_world, at));
 }
 
 float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {

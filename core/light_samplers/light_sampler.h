@@ -8,8 +8,10 @@
 
 #include "core/accel/accel.h"
 #include "core/lights/environment.h"
+#include "core/math/frame.h"
 #include "core/math/lane_math.h"
 #include "core/sampling/distribution.h"
+#include "core/sampling/warp.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -89,7 +91,7 @@ class LightSampler {
   /// Samples delta lights only, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
   /// Returns the environment if the light tree picks among the other lights; else null. Its
-  /// directions are sampled by sky_density().
+  /// directions are sampled by sample_sky().
   const Environment* environment_beside_tree() const noexcept {
     return pick_ == LightPick::kTree ? environment_ : nullptr;
   }
@@ -98,6 +100,14 @@ class LightSampler {
   Floats<N> prob_sky(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
     return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
   }
+  /// Samples this environment, if it has no sun, for one point or several. A constant one over the
+  /// hemisphere of the normal: in proportion to the cosine if the BSDF is sampled too, else evenly,
+  /// because shading normals see light from close to the horizon.
+  template <typename V, typename U>
+  auto sample_sky(V normal_world, U u) const noexcept;
+  /// Density of sample_sky() at a direction; at: its position on the map.
+  template <typename V, typename F>
+  F pdf_sky(V normal_world, V direction_world, const MapPoint<F>& at) const noexcept;
   /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept { return pick_ == LightPick::kTree && far_count_ == 0; }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
@@ -111,8 +121,8 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// Returns the density of sample() for a direction to the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
-  /// As above; uv, sin_theta: the direction's position on the map (Environment::pdf_solid_angle()).
-  float pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
+  /// As above; at: the direction's position on the map.
+  float pdf_environment(Vec3 direction_world, const MapPoint<float>& at, Vec3 point,
                         Vec3 normal_world) const noexcept;
   /// Returns the probability with which sample() picks a light; light: as in LightSample.
   float prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
@@ -138,7 +148,6 @@ class LightSampler {
     return (Floats<N>(1) - prob_tree) / Floats<N>(static_cast<float>(far_count_));
   }
   float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
-  SkyDensity sky_density() const noexcept { return sky_; }
 
  private:
   /// Returns the probability with which sample() picks the environment; 0 if there is none.
@@ -146,13 +155,12 @@ class LightSampler {
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
-  /// Returns whether the sky is constant and is sampled over the hemisphere of the normal: in
-  /// proportion to the cosine if the BSDF is sampled too, else evenly, because shading normals see
-  /// light from close to the horizon.
-  bool is_over_hemisphere(Vec3 normal_world) const noexcept {
-    return environment_->is_constant() && !(normal_world == Vec3{});
+  /// Of directions to a constant sky.
+  template <typename F>
+  F hemisphere_pdf_solid_angle(F cosine) const noexcept {
+    return sky_ == SkyDensity::kCompensated ? cosine_hemisphere_pdf_solid_angle(cosine)
+                                            : select(cosine > 0, F(1 / kTwoPi), F(0));
   }
-  float hemisphere_pdf_solid_angle(float cosine) const noexcept;
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null if black
@@ -184,6 +192,7 @@ class MisLightSampler : private LightSampler {
   using LightSampler::is_local;
   using LightSampler::pdf_environment;
   using LightSampler::pdf_measure;
+  using LightSampler::pdf_sky;
   using LightSampler::pdf_solid_angle;
   using LightSampler::pdf_triangle;
   using LightSampler::point_of;
@@ -192,7 +201,7 @@ class MisLightSampler : private LightSampler {
   using LightSampler::sample;
   using LightSampler::sample_delta;
   using LightSampler::sample_of;
-  using LightSampler::sky_density;
+  using LightSampler::sample_sky;
   using LightSampler::target;
   using LightSampler::view;
 };
@@ -241,6 +250,31 @@ LightSampler::Choice<N> LightSampler::choose(Mask<N> asked, Vec3s<N> point, Vec3
     out.prob_light = power_.table().prob_cell(out.light);
   }
   return out;
+}
+
+template <typename V, typename U>
+auto LightSampler::sample_sky(V normal_world, U u) const noexcept {
+  using F = decltype(u.x);
+  if (!environment_->is_constant()) {
+    return environment_->sample_map(u, sky_);
+  }
+  const V local = sky_ == SkyDensity::kCompensated ? cosine_hemisphere(u) : uniform_hemisphere(u);
+  SkySample<F> out{frame_from_normal(normal_world).to_world(local),
+                   color_of<F>(environment_->map().constant), hemisphere_pdf_solid_angle(local.z)};
+  if (const MaskOf<F> anywhere = dot(normal_world, normal_world) == 0; any(anywhere)) {
+    out.wi_world = select(anywhere, uniform_sphere(u), out.wi_world);
+    out.pdf_solid_angle = select(anywhere, F(kInvPi * 0.25F), out.pdf_solid_angle);
+  }
+  return out;
+}
+
+template <typename V, typename F>
+F LightSampler::pdf_sky(V normal_world, V direction_world, const MapPoint<F>& at) const noexcept {
+  if (!environment_->is_constant()) {
+    return environment_->pdf_map(at, sky_);
+  }
+  return select(dot(normal_world, normal_world) == 0, F(kInvPi * 0.25F),
+                hemisphere_pdf_solid_angle(dot(normal_world, direction_world)));
 }
 
 }  // namespace core

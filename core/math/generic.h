@@ -68,6 +68,7 @@ template <std::size_t N>
 Floats<N> hypot(Floats<N> x, Floats<N> y) {
   return sqrt(x * x + y * y);
 }
+inline float atan2(float y, float x) noexcept { return std::atan2(y, x); }
 inline void sincos(float x, float& sine, float& cosine) noexcept {
   sine = std::sin(x);
   cosine = std::cos(x);

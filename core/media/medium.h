@@ -21,6 +21,11 @@ struct Medium {
   float g = 0;  ///< mean cosine of the scattering angle
 
   bool scatters() const noexcept { return max_component(sigma_s) > 0; }
+  /// Returns scattering over extinction.
+  Rgb albedo() const noexcept {
+    const auto over = [](float s, float t) { return t > 0 ? s / t : 0.0F; };
+    return {over(sigma_s.r, sigma_t.r), over(sigma_s.g, sigma_t.g), over(sigma_s.b, sigma_t.b)};
+  }
 };
 
 /// exp(-sigma_t * depth_m): the Beer-Lambert law.

@@ -88,9 +88,7 @@ void scatter_within(PathState& path, const Medium& medium, Vec3 point, Vec2 u) n
 void record_first_scattering(PathSample& out, const MediumSample& sample, Vec3 direction) noexcept {
   const Medium& medium = *sample.scatterer;
   out.hit = true;
-  out.albedo = {medium.sigma_t.r > 0 ? medium.sigma_s.r / medium.sigma_t.r : 0.0F,
-                medium.sigma_t.g > 0 ? medium.sigma_s.g / medium.sigma_t.g : 0.0F,
-                medium.sigma_t.b > 0 ? medium.sigma_s.b / medium.sigma_t.b : 0.0F};
+  out.albedo = medium.albedo();
   out.normal_world = -direction;
   out.depth_m = sample.distance_m;
 }

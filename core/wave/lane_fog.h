@@ -55,12 +55,8 @@ auto LaneTracer<N, Options>::pass_fog(Wave& wave, std::size_t first, unsigned& m
   }
   const Floats<N> distance_m = min(range.begin_m + passed.depth_m, range.end_m);
   if (scattered.any() && depth == 0) {
-    const Rgb t = medium.sigma_t;
-    const Rgb s = medium.sigma_s;
-    const Rgb albedo = {t.r > 0 ? s.r / t.r : 0.0F, t.g > 0 ? s.g / t.g : 0.0F,
-                        t.b > 0 ? s.b / t.b : 0.0F};
     keep_first_surface<N>(wave.results, sample_of(paths, first), scattered,
-                          {color_of<Floats<N>>(albedo), -segments.direction, distance_m});
+                          {color_of<Floats<N>>(medium.albedo()), -segments.direction, distance_m});
   }
   met &= alive;
   return {scattered,

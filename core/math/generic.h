@@ -85,6 +85,7 @@ template <std::size_t N>
 Floats<N> log(Floats<N> x) {
   return log2(x) * Floats<N>(0.693147181F);
 }
+inline float log2(float x) noexcept { return std::log2(x); }
 inline float pow(float x, float power) noexcept { return std::pow(x, power); }
 inline int truncated(float x) noexcept { return static_cast<int>(x); }
 inline float to_floats(int x) noexcept { return static_cast<float>(x); }

@@ -86,7 +86,7 @@ class Distribution2D {
     IntOf<F> row;
   };
   template <typename U = Vec2>
-  auto sample(U u) const noexcept {
+  [[gnu::flatten]] auto sample(U u) const noexcept {
     using F = decltype(u.x);
     const auto y = marginal_.table().sample(u.y);
     const auto x = row(0).sample(u.x, first_of<F>(y.cell));

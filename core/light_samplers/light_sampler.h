@@ -95,19 +95,11 @@ class LightSampler {
   const Environment* environment_beside_tree() const noexcept {
     return pick_ == LightPick::kTree ? environment_ : nullptr;
   }
-  /// Returns the probability with which sample() picks this environment, for several points.
-  template <std::size_t N>
-  Floats<N> prob_sky(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
-    return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
-  }
   /// Samples this environment, if it has no sun, for one point or several. A constant one over the
   /// hemisphere of the normal: in proportion to the cosine if the BSDF is sampled too, else evenly,
   /// because shading normals see light from close to the horizon.
   template <typename V, typename U>
   auto sample_sky(V normal_world, U u) const noexcept;
-  /// Density of sample_sky() at a direction; at: its position on the map.
-  template <typename V, typename F>
-  F pdf_sky(V normal_world, V direction_world, const MapPoint<F>& at) const noexcept;
   /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept { return pick_ == LightPick::kTree && far_count_ == 0; }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
@@ -121,9 +113,10 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// Returns the density of sample() for a direction to the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
-  /// As above; at: the direction's position on the map.
-  float pdf_environment(Vec3 direction_world, const MapPoint<float>& at, Vec3 point,
-                        Vec3 normal_world) const noexcept;
+  /// As above, for one point or several; at: positions of the directions on the map.
+  template <typename V, typename F>
+  F pdf_environment(V direction_world, const MapPoint<F>& at, V point,
+                    V normal_world) const noexcept;
   /// Returns the probability with which sample() picks a light; light: as in LightSample.
   float prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
@@ -141,17 +134,17 @@ class LightSampler {
  protected:
   LightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
                SkyDensity sky);
-  template <std::size_t N>
-  Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
-  template <std::size_t N>
-  Floats<N> prob_each_far(Floats<N> prob_tree) const noexcept {
-    return (Floats<N>(1) - prob_tree) / Floats<N>(static_cast<float>(far_count_));
+  template <typename F>
+  F prob_tree(F irradiance_local) const noexcept;
+  template <typename F>
+  F prob_each_far(F prob_tree) const noexcept {
+    return (1 - prob_tree) / static_cast<float>(far_count_);
   }
-  float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
 
  private:
-  /// Returns the probability with which sample() picks the environment; 0 if there is none.
-  float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
+  /// Returns the probability with which sample() picks the environment. Pre: there is one.
+  template <typename V>
+  auto prob_environment(V point, V normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
@@ -192,12 +185,10 @@ class MisLightSampler : private LightSampler {
   using LightSampler::is_local;
   using LightSampler::pdf_environment;
   using LightSampler::pdf_measure;
-  using LightSampler::pdf_sky;
   using LightSampler::pdf_solid_angle;
   using LightSampler::pdf_triangle;
   using LightSampler::point_of;
   using LightSampler::prob_light;
-  using LightSampler::prob_sky;
   using LightSampler::sample;
   using LightSampler::sample_delta;
   using LightSampler::sample_of;
@@ -209,17 +200,15 @@ class MisLightSampler : private LightSampler {
 /// Distant lights share the remaining probability evenly. The split is proportional to the light
 /// that both sides could send to the point, unshadowed; since occlusion is unknown, the weaker side
 /// gets 0.4, unless it could send less than a hundredth of the total.
-template <std::size_t N>
-Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
-  const Floats<N> least(0.4F);
-  const Floats<N> per_faint(1 / 0.01F);
-  const Floats<N> one(1);
-  const Floats<N> share = irradiance_local / (irradiance_local + Floats<N>(irradiance_far_));
-  const Floats<N> low = least * min(share * per_faint, one);
+template <typename F>
+F LightSampler::prob_tree(F irradiance_local) const noexcept {
+  constexpr float kLeast = 0.4F;
+  constexpr float kPerFaint = 1 / 0.01F;
+  const F share = irradiance_local / (irradiance_local + irradiance_far_);
+  const F low = kLeast * min(share * kPerFaint, F(1));
   // Never exactly 1: shared samples require that a distant light is found wherever it is visible.
-  const Floats<N> high =
-      one - max(least * min((one - share) * per_faint, one), Floats<N>(0x1p-20F));
-  return select(irradiance_local > Floats<N>(0), min(max(share, low), high), Floats<N>(0));
+  const F high = 1 - max(kLeast * min((1 - share) * kPerFaint, F(1)), F(0x1p-20F));
+  return select(irradiance_local > 0, min(max(share, low), high), F(0));
 }
 
 template <std::size_t N>
@@ -268,13 +257,30 @@ auto LightSampler::sample_sky(V normal_world, U u) const noexcept {
   return out;
 }
 
-template <typename V, typename F>
-F LightSampler::pdf_sky(V normal_world, V direction_world, const MapPoint<F>& at) const noexcept {
-  if (!environment_->is_constant()) {
-    return environment_->pdf_map(at, sky_);
+template <typename V>
+auto LightSampler::prob_environment(V point, V normal_world) const noexcept {
+  using F = decltype(point.x);
+  if (pick_ == LightPick::kUniform) {
+    return F(1 / static_cast<float>(light_count_));
   }
-  return select(dot(normal_world, normal_world) == 0, F(kInvPi * 0.25F),
-                hemisphere_pdf_solid_angle(dot(normal_world, direction_world)));
+  if (pick_ == LightPick::kPower) {
+    return F(power_.prob_cell(light_count_ - 1));
+  }
+  return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
+}
+
+template <typename V, typename F>
+F LightSampler::pdf_environment(V direction_world, const MapPoint<F>& at, V point,
+                                V normal_world) const noexcept {
+  if (environment_ == nullptr) {
+    return F(0);
+  }
+  const F prob = prob_environment(point, normal_world);
+  if (!environment_->is_constant()) {
+    return prob * environment_->pdf_solid_angle(direction_world, at, sky_);
+  }
+  return prob * select(dot(normal_world, normal_world) == 0, F(kInvPi * 0.25F),
+                       hemisphere_pdf_solid_angle(dot(normal_world, direction_world)));
 }
 
 }  // namespace core

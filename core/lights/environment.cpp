@@ -204,14 +204,4 @@ float Environment::pdf_solid_angle(Vec3 direction_world, SkyDensity density) con
                        : pdf_solid_angle(direction_world, map().point(direction_world), density);
 }
 
-float Environment::pdf_solid_angle(Vec3 direction_world, const MapPoint<float>& at,
-                                   SkyDensity density) const noexcept {
-  const float of_map = pdf_map(at, density);
-  if (!has_sun()) {
-    return of_map;
-  }
-  const bool is_sun = !core::is_black(sun_radiance(direction_world));
-  return (1 - prob_sun_) * of_map + (is_sun ? prob_sun_ / sun_solid_angle_ : 0.0F);
-}
-
 }  // namespace core

@@ -58,10 +58,17 @@ class Environment {
   EnvironmentSample sample(Vec2 u, SkyDensity density = SkyDensity::kRadiance) const noexcept;
   float pdf_solid_angle(Vec3 direction_world,
                         SkyDensity density = SkyDensity::kRadiance) const noexcept;
-  /// As above, if the direction's position on the map is known.
-  float pdf_solid_angle(Vec3 direction_world, const MapPoint<float>& at,
-                        SkyDensity density) const noexcept;
-  /// As above, but of the map without the sun, for one direction or SIMD lanes. Pre: not constant.
+  /// As above, for one direction or SIMD lanes; at: their positions on the map. Pre: not constant.
+  template <typename V, typename F>
+  F pdf_solid_angle(V direction_world, const MapPoint<F>& at, SkyDensity density) const noexcept {
+    const F of_map = pdf_map(at, density);
+    if (!has_sun()) {
+      return of_map;
+    }
+    const F of_sun = select(is_in_sun(direction_world), F(prob_sun_ / sun_solid_angle_), F(0));
+    return (1 - prob_sun_) * of_map + of_sun;
+  }
+  /// As above, but of the map without the sun.
   template <typename U>
   auto sample_map(U u, SkyDensity density) const noexcept {
     return map().sample(distribution(density), u);
@@ -74,8 +81,7 @@ class Environment {
   bool has_sun() const noexcept { return prob_sun_ > 0; }
   /// Returns the part of the sun in radiance() and background().
   Rgb sun_radiance(Vec3 direction_world) const noexcept {
-    const Vec3 apart = direction_world - sun_world_;
-    return dot(apart, apart) < sun_chord_squared_ ? sun_.radiance : Rgb{};
+    return is_in_sun(direction_world) ? sun_.radiance : Rgb{};
   }
 
   /// Returns the irradiance from the sun on a surface facing it.
@@ -96,6 +102,11 @@ class Environment {
   Environment() = default;
   const Distribution2D& distribution(SkyDensity density) const noexcept {
     return distribution_[static_cast<std::size_t>(density)];
+  }
+  template <typename V>
+  MaskOf<decltype(V::x)> is_in_sun(V direction_world) const noexcept {
+    const V apart = direction_world - V(sun_world_);
+    return dot(apart, apart) < sun_chord_squared_;
   }
   EnvironmentSample sample_sun(Vec2 u, SkyDensity density) const noexcept;
   void blur() const;

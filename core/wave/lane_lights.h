@@ -56,23 +56,6 @@ class LaneLights {
     return from_any(asked, point, normal, u_pick, u);
   }
 
-  /// LightSampler::pdf_environment() for the lanes in `asked`; at: map coordinates of the
-  /// directions d.
-  template <std::size_t N>
-  Floats<N> pdf_environment(Mask<N> asked, Vec3s<N> d, const MapPoint<Floats<N>>& at,
-                            Vec3s<N> point, Vec3s<N> normal) const {
-    if (has_sky_) {
-      return lights_.prob_sky(point, normal) * lights_.pdf_sky(normal, d, at);
-    }
-    Floats<N> out(0);
-    for (unsigned rest = asked.bits(); rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      out.v[k] = lights_.pdf_environment(d.lane(k), {at.u.v[k], at.v.v[k], at.sin_theta.v[k]},
-                                         point.lane(k), normal.lane(k));
-    }
-    return out;
-  }
-
  private:
   template <std::size_t N>
   static void set(LightLanes<N>& out, std::size_t k, const LightSample& s) {

@@ -220,9 +220,9 @@ Vec3s<N> LaneTracer<N, Options>::found_environment(const Wave& wave, std::size_t
   }
   Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky.background(at) + sun : Vec3s<N>{};
   if (spread.any()) {
-    const Floats<N> pdf_light = lights_.pdf_environment(spread, load<N>(paths.direction, first), at,
-                                                        load<N>(paths.last_origin, first),
-                                                        load<N>(paths.last_normal, first));
+    const Floats<N> pdf_light = scalar_.lights().pdf_environment(
+        load<N>(paths.direction, first), at, load<N>(paths.last_origin, first),
+        load<N>(paths.last_normal, first));
     radiance = select(
         spread, (sky.radiance(at) + sun) * power_heuristic(pdf_bsdf, of_all(pdf_light)), radiance);
   }

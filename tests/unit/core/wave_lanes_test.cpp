@@ -144,10 +144,10 @@ float worst_of_sky(bool is_background) {
       const Rgb exact = is_background ? sky->background(d.lane(k)) : sky->radiance(d.lane(k));
       worst = std::max(
           {worst, std::fabs(found.lane(k).x - exact.r), std::fabs(found.lane(k).y - exact.g)});
+      const core::MapPoint<float> point = {at.u.v[k], at.v.v[k], at.sin_theta.v[k]};
       for (const auto density : {core::SkyDensity::kRadiance, core::SkyDensity::kCompensated}) {
-        EXPECT_NEAR(
-            sky->pdf_solid_angle(d.lane(k), {at.u.v[k], at.v.v[k], at.sin_theta.v[k]}, density),
-            sky->pdf_solid_angle(d.lane(k), density), 1e-3F);
+        EXPECT_NEAR(sky->pdf_solid_angle(d.lane(k), point, density),
+                    sky->pdf_solid_angle(d.lane(k), density), 1e-3F);
       }
     }
   }

@@ -4,7 +4,6 @@
 
 #include "core/math/vec.h"
 #include "core/sampling/distribution.h"
-#include "core/sampling/distribution_lanes.h"
 #include "core/settings/settings.h"
 
 namespace core {
@@ -23,7 +22,7 @@ class FilterSampler {
   /// Returns the offset along one axis, of one sample or of lanes.
   template <typename F>
   F offset_px(F u) const noexcept {
-    const F at = settings_.type == FilterType::kBox ? u : position_in(table_.table(), u);
+    const F at = settings_.type == FilterType::kBox ? u : table_.table().sample(u).x;
     return (at + at - 1) * radius_px();
   }
   /// Returns the unnormalised filter of one axis; x in pixels.

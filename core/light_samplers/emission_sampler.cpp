@@ -26,11 +26,7 @@ Vec3 direction_into(const EmissionTarget& ball, Vec3 from, Vec2 u) noexcept {
   if (!(sine2 < 1)) {
     return uniform_sphere(u);
   }
-  const float below = u.x * one_minus_cosine(sine2);
-  const float sine = std::sqrt(below * (2 - below));
-  const float phi = kTwoPi * u.y;
-  return frame_from_normal(normalize(to))
-      .to_world({sine * std::cos(phi), sine * std::sin(phi), 1 - below});
+  return frame_from_normal(normalize(to)).to_world(in_cone(u.x * one_minus_cosine(sine2), u.y));
 }
 
 }  // namespace

@@ -34,12 +34,6 @@ LightSampler::LightSampler(const SceneData& scene, const Environment* environmen
   }
 }
 
-float LightSampler::prob_tree(Vec3 point, Vec3 normal_world) const noexcept {
-  return far_count_ == 0
-             ? 1.0F
-             : prob_tree(Floats<1>(scene_.light_tree.importance(point, normal_world))).v[0];
-}
-
 LightSample LightSampler::from_triangle(std::uint32_t light, Vec3 point, float prob,
                                         Vec2 u) const noexcept {
   LightSample s;
@@ -76,24 +70,10 @@ LightSample LightSampler::from_punctual(std::size_t light, Vec3 point, float pro
   return s;
 }
 
-float LightSampler::hemisphere_pdf_solid_angle(float cosine) const noexcept {
-  return sky_ == SkyDensity::kCompensated ? cosine_hemisphere_pdf_solid_angle(cosine)
-         : cosine > 0                     ? 1 / kTwoPi
-                                          : 0.0F;
-}
-
 LightSample LightSampler::from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept {
   LightSample s;
-  EnvironmentSample e;
-  if (is_over_hemisphere(normal_world)) {
-    const Vec3 local =
-        sky_ == SkyDensity::kCompensated ? cosine_hemisphere(u) : uniform_hemisphere(u);
-    e.wi_world = frame_from_normal(normal_world).to_world(local);
-    e.radiance = environment_->radiance(e.wi_world);
-    e.pdf_solid_angle = hemisphere_pdf_solid_angle(local.z);
-  } else {
-    e = environment_->sample(u, sky_);
-  }
+  const EnvironmentSample e =
+      environment_->has_sun() ? environment_->sample(u, sky_) : sample_sky(normal_world, u);
   s.wi_world = e.wi_world;
   s.radiance = e.radiance;
   s.is_far = true;
@@ -145,38 +125,12 @@ float LightSampler::pdf_triangle(std::uint32_t light, Vec3 point, Vec3 normal_wo
   return area > 0 ? prob * area_to_solid_angle(1 / area, distance_m * distance_m, cos_light) : 0.0F;
 }
 
-float LightSampler::prob_environment(Vec3 point, Vec3 normal_world) const noexcept {
-  if (environment_ == nullptr) {
-    return 0;
-  }
-  if (pick_ == LightPick::kUniform) {
-    return 1 / static_cast<float>(light_count_);
-  }
-  if (pick_ == LightPick::kPower) {
-    return power_.prob_cell(light_count_ - 1);
-  }
-  return prob_each_far(Floats<1>(prob_tree(point, normal_world))).v[0];
-}
-
 float LightSampler::pdf_environment(Vec3 direction_world, Vec3 point,
                                     Vec3 normal_world) const noexcept {
-  const float prob = prob_environment(point, normal_world);
-  if (!(prob > 0)) {
-    return 0;
-  }
-  return prob * (is_over_hemisphere(normal_world)
-                     ? hemisphere_pdf_solid_angle(dot(normal_world, direction_world))
-                     : environment_->pdf_solid_angle(direction_world, sky_));
-}
-
-float LightSampler::pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
-                                    Vec3 normal_world) const noexcept {
-  if (environment_ != nullptr && is_over_hemisphere(normal_world)) {
-    return pdf_environment(direction_world, point, normal_world);
-  }
-  const float prob = prob_environment(point, normal_world);
-  return prob > 0 ? prob * environment_->pdf_solid_angle(direction_world, uv, sin_theta, sky_)
-                  : 0.0F;
+  const bool has_map = environment_ != nullptr && !environment_->is_constant();
+  const MapPoint<float> at =
+      has_map ? environment_->map().point(direction_world) : MapPoint<float>{};
+  return pdf_environment(direction_world, at, point, normal_world);
 }
 
 float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept {
@@ -186,10 +140,11 @@ float LightSampler::prob_light(std::uint32_t light, Vec3 point, Vec3 normal_worl
   if (pick_ == LightPick::kPower) {
     return power_.prob_cell(light);
   }
-  const float by_tree = prob_tree(point, normal_world);
+  const float by_tree =
+      far_count_ == 0 ? 1.0F : prob_tree(scene_.light_tree.importance(point, normal_world));
   return light < triangles_ + local_punctual_
              ? by_tree * scene_.light_tree.prob_light(point, normal_world, light)
-             : prob_each_far(Floats<1>(by_tree)).v[0];
+             : prob_each_far(by_tree);
 }
 
 }  // namespace core

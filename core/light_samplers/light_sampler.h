@@ -8,8 +8,10 @@
 
 #include "core/accel/accel.h"
 #include "core/lights/environment.h"
+#include "core/math/frame.h"
 #include "core/math/lane_math.h"
 #include "core/sampling/distribution.h"
+#include "core/sampling/warp.h"
 #include "core/scene/scene_data.h"
 
 namespace core {
@@ -89,15 +91,15 @@ class LightSampler {
   /// Samples delta lights only, which no other technique can find.
   LightSample sample_delta(Vec3 point, float u_pick) const noexcept;
   /// Returns the environment if the light tree picks among the other lights; else null. Its
-  /// directions are sampled by sky_density().
+  /// directions are sampled by sample_sky().
   const Environment* environment_beside_tree() const noexcept {
     return pick_ == LightPick::kTree ? environment_ : nullptr;
   }
-  /// Returns the probability with which sample() picks this environment, for several points.
-  template <std::size_t N>
-  Floats<N> prob_sky(Vec3s<N> point, Vec3s<N> normal_world) const noexcept {
-    return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
-  }
+  /// Samples this environment, if it has no sun, for one point or several. A constant one over the
+  /// hemisphere of the normal: in proportion to the cosine if the BSDF is sampled too, else evenly,
+  /// because shading normals see light from close to the horizon.
+  template <typename V, typename U>
+  auto sample_sky(V normal_world, U u) const noexcept;
   /// Returns whether sample() uses only the light tree, at every point.
   bool has_tree_alone() const noexcept { return pick_ == LightPick::kTree && far_count_ == 0; }
   bool has_delta() const noexcept { return !scene_.punctual_lights.empty(); }
@@ -111,9 +113,10 @@ class LightSampler {
                      float cos_light) const noexcept;
   /// Returns the density of sample() for a direction to the environment.
   float pdf_environment(Vec3 direction_world, Vec3 point, Vec3 normal_world) const noexcept;
-  /// As above; uv, sin_theta: the direction's position on the map (Environment::pdf_solid_angle()).
-  float pdf_environment(Vec3 direction_world, Vec2 uv, float sin_theta, Vec3 point,
-                        Vec3 normal_world) const noexcept;
+  /// As above, for one point or several; at: positions of the directions on the map.
+  template <typename V, typename F>
+  F pdf_environment(V direction_world, const MapPoint<F>& at, V point,
+                    V normal_world) const noexcept;
   /// Returns the probability with which sample() picks a light; light: as in LightSample.
   float prob_light(std::uint32_t light, Vec3 point, Vec3 normal_world) const noexcept;
 
@@ -131,28 +134,26 @@ class LightSampler {
  protected:
   LightSampler(const SceneData& scene, const Environment* environment, LightPick pick,
                SkyDensity sky);
-  template <std::size_t N>
-  Floats<N> prob_tree(Floats<N> irradiance_local) const noexcept;
-  template <std::size_t N>
-  Floats<N> prob_each_far(Floats<N> prob_tree) const noexcept {
-    return (Floats<N>(1) - prob_tree) / Floats<N>(static_cast<float>(far_count_));
+  template <typename F>
+  F prob_tree(F irradiance_local) const noexcept;
+  template <typename F>
+  F prob_each_far(F prob_tree) const noexcept {
+    return (1 - prob_tree) / static_cast<float>(far_count_);
   }
-  float prob_tree(Vec3 point, Vec3 normal_world) const noexcept;
-  SkyDensity sky_density() const noexcept { return sky_; }
 
  private:
-  /// Returns the probability with which sample() picks the environment; 0 if there is none.
-  float prob_environment(Vec3 point, Vec3 normal_world) const noexcept;
+  /// Returns the probability with which sample() picks the environment. Pre: there is one.
+  template <typename V>
+  auto prob_environment(V point, V normal_world) const noexcept;
   LightSample from_triangle(std::uint32_t light, Vec3 point, float prob, Vec2 u) const noexcept;
   LightSample from_punctual(std::size_t light, Vec3 point, float prob) const noexcept;
   LightSample from_environment(Vec3 normal_world, float prob, Vec2 u) const noexcept;
-  /// Returns whether the sky is constant and is sampled over the hemisphere of the normal: in
-  /// proportion to the cosine if the BSDF is sampled too, else evenly, because shading normals see
-  /// light from close to the horizon.
-  bool is_over_hemisphere(Vec3 normal_world) const noexcept {
-    return environment_->is_constant() && !(normal_world == Vec3{});
+  /// Of directions to a constant sky.
+  template <typename F>
+  F hemisphere_pdf_solid_angle(F cosine) const noexcept {
+    return sky_ == SkyDensity::kCompensated ? cosine_hemisphere_pdf_solid_angle(cosine)
+                                            : select(cosine > 0, F(1 / kTwoPi), F(0));
   }
-  float hemisphere_pdf_solid_angle(float cosine) const noexcept;
 
   const SceneData& scene_;
   const Environment* environment_;  ///< null if black
@@ -188,11 +189,10 @@ class MisLightSampler : private LightSampler {
   using LightSampler::pdf_triangle;
   using LightSampler::point_of;
   using LightSampler::prob_light;
-  using LightSampler::prob_sky;
   using LightSampler::sample;
   using LightSampler::sample_delta;
   using LightSampler::sample_of;
-  using LightSampler::sky_density;
+  using LightSampler::sample_sky;
   using LightSampler::target;
   using LightSampler::view;
 };
@@ -200,17 +200,15 @@ class MisLightSampler : private LightSampler {
 /// Distant lights share the remaining probability evenly. The split is proportional to the light
 /// that both sides could send to the point, unshadowed; since occlusion is unknown, the weaker side
 /// gets 0.4, unless it could send less than a hundredth of the total.
-template <std::size_t N>
-Floats<N> LightSampler::prob_tree(Floats<N> irradiance_local) const noexcept {
-  const Floats<N> least(0.4F);
-  const Floats<N> per_faint(1 / 0.01F);
-  const Floats<N> one(1);
-  const Floats<N> share = irradiance_local / (irradiance_local + Floats<N>(irradiance_far_));
-  const Floats<N> low = least * min(share * per_faint, one);
+template <typename F>
+F LightSampler::prob_tree(F irradiance_local) const noexcept {
+  constexpr float kLeast = 0.4F;
+  constexpr float kPerFaint = 1 / 0.01F;
+  const F share = irradiance_local / (irradiance_local + irradiance_far_);
+  const F low = kLeast * min(share * kPerFaint, F(1));
   // Never exactly 1: shared samples require that a distant light is found wherever it is visible.
-  const Floats<N> high =
-      one - max(least * min((one - share) * per_faint, one), Floats<N>(0x1p-20F));
-  return select(irradiance_local > Floats<N>(0), min(max(share, low), high), Floats<N>(0));
+  const F high = 1 - max(kLeast * min((1 - share) * kPerFaint, F(1)), F(0x1p-20F));
+  return select(irradiance_local > 0, min(max(share, low), high), F(0));
 }
 
 template <std::size_t N>
@@ -237,13 +235,52 @@ LightSampler::Choice<N> LightSampler::choose(Mask<N> asked, Vec3s<N> point, Vec3
     out = {within(truncated(u_pick * count), Ints<N>(static_cast<std::int32_t>(light_count_))),
            Floats<N>(1) / count};
   } else {
-    for (std::size_t k = 0; k < N; ++k) {
-      const std::size_t cell = power_.sample(u_pick.v[k]).cell;
-      out.light.v[k] = static_cast<std::int32_t>(cell);
-      out.prob_light.v[k] = power_.prob_cell(cell);
-    }
+    out.light = power_.table().cell_of(u_pick);
+    out.prob_light = power_.table().prob_cell(out.light);
   }
   return out;
+}
+
+template <typename V, typename U>
+auto LightSampler::sample_sky(V normal_world, U u) const noexcept {
+  using F = decltype(u.x);
+  if (!environment_->is_constant()) {
+    return environment_->sample_map(u, sky_);
+  }
+  const V local = sky_ == SkyDensity::kCompensated ? cosine_hemisphere(u) : uniform_hemisphere(u);
+  SkySample<F> out{frame_from_normal(normal_world).to_world(local),
+                   color_of<F>(environment_->map().constant), hemisphere_pdf_solid_angle(local.z)};
+  if (const MaskOf<F> anywhere = dot(normal_world, normal_world) == 0; any(anywhere)) {
+    out.wi_world = select(anywhere, uniform_sphere(u), out.wi_world);
+    out.pdf_solid_angle = select(anywhere, F(kInvPi * 0.25F), out.pdf_solid_angle);
+  }
+  return out;
+}
+
+template <typename V>
+auto LightSampler::prob_environment(V point, V normal_world) const noexcept {
+  using F = decltype(point.x);
+  if (pick_ == LightPick::kUniform) {
+    return F(1 / static_cast<float>(light_count_));
+  }
+  if (pick_ == LightPick::kPower) {
+    return F(power_.prob_cell(light_count_ - 1));
+  }
+  return prob_each_far(prob_tree(scene_.light_tree.importance(point, normal_world)));
+}
+
+template <typename V, typename F>
+F LightSampler::pdf_environment(V direction_world, const MapPoint<F>& at, V point,
+                                V normal_world) const noexcept {
+  if (environment_ == nullptr) {
+    return F(0);
+  }
+  const F prob = prob_environment(point, normal_world);
+  if (!environment_->is_constant()) {
+    return prob * environment_->pdf_solid_angle(direction_world, at, sky_);
+  }
+  return prob * select(dot(normal_world, normal_world) == 0, F(kInvPi * 0.25F),
+                       hemisphere_pdf_solid_angle(dot(normal_world, direction_world)));
 }
 
 }  // namespace core

@@ -11,12 +11,6 @@
 namespace core {
 namespace {
 
-struct MapPoint {
-  float u = 0;
-  float v = 0;
-  float sin_theta = 0;
-};
-
 /// Size of the map that blurred() reads, and width of the lobe that blurs it: a von Mises-Fisher
 /// distribution, whose standard deviation on the sphere is about 1 / sqrt(concentration) per axis.
 constexpr int kBlurredWidth = 128;
@@ -30,47 +24,7 @@ float texel_solid_angle(std::size_t row, std::size_t rows, std::size_t columns) 
   return kTwoPi / static_cast<float>(columns) * (cos0 - cos1);
 }
 
-/// d: unit, in the map's frame. Near the poles 1 - y^2 and acos(y) lose precision; x and z do not.
-MapPoint map_point(Vec3 d) noexcept {
-  const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  return {0.5F + std::atan2(d.z, d.x) * (0.5F * kInvPi), std::atan2(sin_theta, d.y) * kInvPi,
-          sin_theta};
-}
-
-Rgb bilinear(const Rgb* texels, int width, int height, const MapPoint& at) noexcept {
-  const float x = at.u * static_cast<float>(width) - 0.5F;
-  const float y = at.v * static_cast<float>(height) - 0.5F;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const int x0 = (static_cast<int>(fx) + width) % width;
-  const int x1 = (x0 + 1) % width;
-  const auto row = [&](int r) {
-    return texels +
-           static_cast<std::size_t>(std::clamp(r, 0, height - 1)) * static_cast<std::size_t>(width);
-  };
-  const Rgb* above = row(static_cast<int>(fy));
-  const Rgb* below = row(static_cast<int>(fy) + 1);
-  return lerp(lerp(above[x0], above[x1], x - fx), lerp(below[x0], below[x1], x - fx), y - fy);
-}
-
 }  // namespace
-
-Vec3 Environment::to_map(Vec3 d) const noexcept {
-  // Rotating the map counter-clockwise seen from +y rotates directions the other way before
-  // look-up.
-  return {d.x * cos_rotation_ - d.z * sin_rotation_, d.y,
-          d.x * sin_rotation_ + d.z * cos_rotation_};
-}
-
-Vec3 Environment::from_map(Vec3 d) const noexcept {
-  return {d.x * cos_rotation_ + d.z * sin_rotation_, d.y,
-          -d.x * sin_rotation_ + d.z * cos_rotation_};
-}
-
-Rgb Environment::texel(int x, int y) const noexcept {
-  return texels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                 static_cast<std::size_t>(x)];
-}
 
 Result<std::shared_ptr<const Environment>> Environment::create(const Image* image,
                                                                const EnvironmentSettings& settings,
@@ -120,7 +74,7 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
     const float half = std::sin(0.5F * sun->angular_radius_rad);
     out->sun_ = *sun;
     out->sun_.radiance *= scale;
-    out->sun_world_ = out->from_map(sun->direction);
+    out->sun_world_ = out->map().to_world(sun->direction);
     out->sun_chord_squared_ = 4 * half * half;
     out->sun_solid_angle_ = kPi * out->sun_chord_squared_;  // 2 pi (1 - cos), as 4 pi sin^2
     const float fluence = luminance(out->sun_.radiance) * out->sun_solid_angle_;
@@ -131,32 +85,31 @@ Result<std::shared_ptr<const Environment>> Environment::create(const Image* imag
 }
 
 Rgb Environment::radiance(Vec3 direction_world) const noexcept {
-  if (width_ == 0) {
+  if (is_constant()) {
     return constant_;
   }
-  // Constant over a texel, so the sampling density below matches exactly, and an image of the
-  // environment is its integral.
-  const MapPoint at = map_point(to_map(direction_world));
-  const int x = std::clamp(static_cast<int>(at.u * static_cast<float>(width_)), 0, width_ - 1);
-  const int y = std::clamp(static_cast<int>(at.v * static_cast<float>(height_)), 0, height_ - 1);
-  return has_sun() ? texel(x, y) + sun_radiance(direction_world) : texel(x, y);
+  const Rgb seen = map().radiance(map().point(direction_world));
+  return has_sun() ? seen + sun_radiance(direction_world) : seen;
 }
 
 Rgb Environment::background(Vec3 direction_world) const noexcept {
-  if (width_ == 0) {
+  if (is_constant()) {
     return constant_;
   }
-  const Rgb seen = bilinear(texels_.data(), width_, height_, map_point(to_map(direction_world)));
+  const Rgb seen = map().background(map().point(direction_world));
   return has_sun() ? seen + sun_radiance(direction_world) : seen;
 }
 
 Rgb Environment::blurred(Vec3 direction_world) const {
-  if (width_ == 0) {
+  if (is_constant()) {
     return constant_;
   }
   std::call_once(is_blurred_, [this] { blur(); });
-  return bilinear(blurred_.data(), kBlurredWidth, kBlurredHeight,
-                  map_point(to_map(direction_world)));
+  Map blurred = map();
+  blurred.texels = blurred_.data();
+  blurred.width = kBlurredWidth;
+  blurred.height = kBlurredHeight;
+  return blurred.background(blurred.point(direction_world));
 }
 
 void Environment::blur() const {
@@ -164,10 +117,10 @@ void Environment::blur() const {
   constexpr auto kHeight = static_cast<std::size_t>(kBlurredHeight);
   std::vector<Rgb> energy(kWidth * kHeight);
   std::vector<float> solid_angles(kWidth * kHeight);
-  const auto add = [&](const MapPoint& at, Rgb radiance, float solid_angle) {
+  const auto add = [&](const MapPoint<float>& at, Rgb fluence, float solid_angle) {
     const std::size_t x = std::min(static_cast<std::size_t>(at.u * kWidth), kWidth - 1);
     const std::size_t y = std::min(static_cast<std::size_t>(at.v * kHeight), kHeight - 1);
-    energy[y * kWidth + x] += radiance * solid_angle;
+    energy[y * kWidth + x] += fluence;
     solid_angles[y * kWidth + x] += solid_angle;
   };
   // Adds every texel to a cell, in parts if cells are smaller.
@@ -180,20 +133,18 @@ void Environment::blur() const {
   for (std::size_t y = 0; y < rows; ++y) {
     const float solid_angle = texel_solid_angle(y, rows, columns);
     for (std::size_t x = 0; x < columns; ++x) {
-      const MapPoint at = {(static_cast<float>(x) + 0.5F) / static_cast<float>(columns),
-                           (static_cast<float>(y) + 0.5F) / static_cast<float>(rows)};
-      add(at, texel(static_cast<int>(x / parts_x), static_cast<int>(y / parts_y)), solid_angle);
+      const MapPoint<float> at = {(static_cast<float>(x) + 0.5F) / static_cast<float>(columns),
+                                  (static_cast<float>(y) + 0.5F) / static_cast<float>(rows)};
+      add(at, texels_[y / parts_y * static_cast<std::size_t>(width_) + x / parts_x] * solid_angle,
+          solid_angle);
     }
   }
   if (has_sun()) {
-    const MapPoint at = map_point(sun_.direction);
-    const std::size_t x = std::min(static_cast<std::size_t>(at.u * kWidth), kWidth - 1);
-    const std::size_t y = std::min(static_cast<std::size_t>(at.v * kHeight), kHeight - 1);
-    energy[y * kWidth + x] += sun_.radiance * sun_solid_angle_;
+    add(map().point(sun_world_), sun_.radiance * sun_solid_angle_, 0);
   }
   const float concentration = 1 / (kBlurRadians * kBlurRadians);
   std::vector<float> lobe(kWidth);
-  blurred_.assign(kWidth * kHeight, {});
+  blurred_.assign(kWidth * kHeight + 1, {});
   for (std::size_t to = 0; to < kHeight; ++to) {
     std::vector<float> weight(kWidth);
     for (std::size_t from = 0; from < kHeight; ++from) {
@@ -222,71 +173,35 @@ void Environment::blur() const {
   }
 }
 
-EnvironmentSample Environment::sample_map(Vec2 u, SkyDensity density) const noexcept {
-  EnvironmentSample s;
-  const auto at = distribution(density).sample(u);
-  const float phi = kTwoPi * (at.uv.x - 0.5F);
-  const float theta = kPi * at.uv.y;
-  const float sin_theta = std::sin(theta);
-  s.wi_world = from_map({sin_theta * std::cos(phi), std::cos(theta), sin_theta * std::sin(phi)});
-  // Reads the sampled cell: a look-up by direction could, by rounding, pair a bright texel with the
-  // density of its dark neighbour.
-  s.radiance = texel(static_cast<int>(at.column), static_cast<int>(at.row));
-  s.pdf_solid_angle = sin_theta > 0 ? at.pdf_unit / (2 * kPi * kPi * sin_theta) : 0.0F;
-  return s;
-}
-
 /// Samples the disc or the map; the first number selects and is reused.
 EnvironmentSample Environment::sample_sun(Vec2 u, SkyDensity density) const noexcept {
   if (u.x >= prob_sun_) {
-    EnvironmentSample s = sample_map({(u.x - prob_sun_) / (1 - prob_sun_), u.y}, density);
+    EnvironmentSample s = sample_map(Vec2{(u.x - prob_sun_) / (1 - prob_sun_), u.y}, density);
     const Rgb sun = sun_radiance(s.wi_world);
     s.radiance += sun;
     s.pdf_solid_angle = (1 - prob_sun_) * s.pdf_solid_angle +
                         (core::is_black(sun) ? 0.0F : prob_sun_ / sun_solid_angle_);
     return s;
   }
-  // 1 - cosine, which stays accurate for narrow cones.
-  const float below = u.x / prob_sun_ * 0.5F * sun_chord_squared_;
-  const float r = safe_sqrt(below * (2 - below));
-  const float phi = kTwoPi * u.y;
   EnvironmentSample s;
-  s.wi_world =
-      frame_from_normal(sun_world_).to_world({r * std::cos(phi), r * std::sin(phi), 1 - below});
-  const MapPoint at = map_point(to_map(s.wi_world));
+  s.wi_world = frame_from_normal(sun_world_)
+                   .to_world(in_cone(u.x / prob_sun_ * 0.5F * sun_chord_squared_, u.y));
   s.radiance = radiance(s.wi_world);
   s.pdf_solid_angle =
-      (1 - prob_sun_) * pdf_map({at.u, at.v}, at.sin_theta, density) + prob_sun_ / sun_solid_angle_;
+      (1 - prob_sun_) * pdf_map(map().point(s.wi_world), density) + prob_sun_ / sun_solid_angle_;
   return s;
 }
 
 EnvironmentSample Environment::sample(Vec2 u, SkyDensity density) const noexcept {
-  if (width_ == 0) {
+  if (is_constant()) {
     return {uniform_sphere(u), constant_, kInvPi * 0.25F};
   }
   return has_sun() ? sample_sun(u, density) : sample_map(u, density);
 }
 
 float Environment::pdf_solid_angle(Vec3 direction_world, SkyDensity density) const noexcept {
-  const MapPoint at = map_point(to_map(direction_world));
-  return pdf_solid_angle(direction_world, {at.u, at.v}, at.sin_theta, density);
-}
-
-float Environment::pdf_solid_angle(Vec3 direction_world, Vec2 uv, float sin_theta,
-                                   SkyDensity density) const noexcept {
-  if (width_ == 0) {
-    return kInvPi * 0.25F;
-  }
-  const float of_map = pdf_map(uv, sin_theta, density);
-  if (!has_sun()) {
-    return of_map;
-  }
-  const bool is_sun = !core::is_black(sun_radiance(direction_world));
-  return (1 - prob_sun_) * of_map + (is_sun ? prob_sun_ / sun_solid_angle_ : 0.0F);
-}
-
-float Environment::pdf_map(Vec2 uv, float sin_theta, SkyDensity density) const noexcept {
-  return sin_theta > 0 ? distribution(density).pdf_unit(uv) / (2 * kPi * kPi * sin_theta) : 0.0F;
+  return is_constant() ? kInvPi * 0.25F
+                       : pdf_solid_angle(direction_world, map().point(direction_world), density);
 }
 
 }  // namespace core

@@ -13,17 +13,13 @@
 #include "core/base/result.h"
 #include "core/color/rgb.h"
 #include "core/image_io/image.h"
+#include "core/lights/environment_map.h"
 #include "core/math/vec.h"
-#include "core/sampling/distribution.h"
 #include "core/settings/settings.h"
 
 namespace core {
 
-struct EnvironmentSample {
-  Vec3 wi_world;
-  Rgb radiance;
-  float pdf_solid_angle = 0;  ///< 0: no sample
-};
+using EnvironmentSample = SkySample<float>;
 
 /// The density of sampled directions. kRadiance: proportional to radiance. kCompensated:
 /// proportional to the radiance above kCompensation times its mean, 0 elsewhere; for callers that
@@ -62,38 +58,39 @@ class Environment {
   EnvironmentSample sample(Vec2 u, SkyDensity density = SkyDensity::kRadiance) const noexcept;
   float pdf_solid_angle(Vec3 direction_world,
                         SkyDensity density = SkyDensity::kRadiance) const noexcept;
-  /// As above, if the direction's position (u, v) on the map in [0, 1)^2 and the sine of its angle
-  /// to the pole are known.
-  float pdf_solid_angle(Vec3 direction_world, Vec2 uv, float sin_theta,
-                        SkyDensity density) const noexcept;
+  /// As above, for one direction or SIMD lanes; at: their positions on the map. Pre: not constant.
+  template <typename V, typename F>
+  F pdf_solid_angle(V direction_world, const MapPoint<F>& at, SkyDensity density) const noexcept {
+    const F of_map = pdf_map(at, density);
+    if (!has_sun()) {
+      return of_map;
+    }
+    const F of_sun = select(is_in_sun(direction_world), F(prob_sun_ / sun_solid_angle_), F(0));
+    return (1 - prob_sun_) * of_map + of_sun;
+  }
+  /// As above, but of the map without the sun.
+  template <typename U>
+  auto sample_map(U u, SkyDensity density) const noexcept {
+    return map().sample(distribution(density), u);
+  }
+  template <typename F>
+  F pdf_map(const MapPoint<F>& at, SkyDensity density) const noexcept {
+    return map().pdf_solid_angle(distribution(density), at);
+  }
 
   bool has_sun() const noexcept { return prob_sun_ > 0; }
   /// Returns the part of the sun in radiance() and background().
   Rgb sun_radiance(Vec3 direction_world) const noexcept {
-    const Vec3 apart = direction_world - sun_world_;
-    return dot(apart, apart) < sun_chord_squared_ ? sun_.radiance : Rgb{};
+    return is_in_sun(direction_world) ? sun_.radiance : Rgb{};
   }
 
   /// Returns the irradiance from the sun on a surface facing it.
   Rgb sun_irradiance() const noexcept { return sun_.radiance * sun_solid_angle_; }
   Vec3 sun_world() const noexcept { return sun_world_; }  ///< unit, to the sun
 
-  /// Raw access to the map without the sun, for batched lookups.
-  struct Map {
-    const Rgb* texels = nullptr;  ///< rows from the top, followed by one extra row
-    int width = 0;                ///< 0: `constant` everywhere
-    int height = 0;
-    Rgb constant;
-    float cos_rotation = 1;
-    float sin_rotation = 0;
-  };
+  using Map = EnvironmentMap;
   Map map() const noexcept {
     return {texels_.data(), width_, height_, constant_, cos_rotation_, sin_rotation_};
-  }
-
-  /// Returns the distribution over (u, v) that sample() uses if there is a map.
-  const Distribution2D& distribution(SkyDensity density) const noexcept {
-    return distribution_[static_cast<std::size_t>(density)];
   }
 
   /// Returns the integral of luminance over the sphere [W/m^2].
@@ -103,12 +100,15 @@ class Environment {
 
  private:
   Environment() = default;
-  Vec3 to_map(Vec3 d) const noexcept;
-  Vec3 from_map(Vec3 d) const noexcept;
-  Rgb texel(int x, int y) const noexcept;
-  EnvironmentSample sample_map(Vec2 u, SkyDensity density) const noexcept;
+  const Distribution2D& distribution(SkyDensity density) const noexcept {
+    return distribution_[static_cast<std::size_t>(density)];
+  }
+  template <typename V>
+  MaskOf<decltype(V::x)> is_in_sun(V direction_world) const noexcept {
+    const V apart = direction_world - V(sun_world_);
+    return dot(apart, apart) < sun_chord_squared_;
+  }
   EnvironmentSample sample_sun(Vec2 u, SkyDensity density) const noexcept;
-  float pdf_map(Vec2 uv, float sin_theta, SkyDensity density) const noexcept;
   void blur() const;
 
   Rgb constant_;

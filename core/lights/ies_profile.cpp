@@ -122,16 +122,18 @@ float IesProfile::candela(Vec3 direction) const noexcept {
 }
 
 Vec3 IesProfile::sample(Vec2 u) const noexcept {
-  const Distribution2D::Sample cell = cells_.sample(u);
+  const auto cell = cells_.sample(u);
   const auto within = [](float x, std::size_t count, std::size_t index) {
     return clamp01(x * static_cast<float>(count) - static_cast<float>(index));
   };
-  const float t = within(cell.uv.x, grid_.theta_rad.size() - 1, cell.column);
-  const float p = within(cell.uv.y, grid_.phi_rad.size() - 1, cell.row);
-  const float above = cos_theta_[cell.column];
-  const float left = grid_.phi_rad[cell.row];
-  return direction(above + (cos_theta_[cell.column + 1] - above) * t,
-                   left + (grid_.phi_rad[cell.row + 1] - left) * p);
+  const auto column = static_cast<std::size_t>(cell.column);
+  const auto row = static_cast<std::size_t>(cell.row);
+  const float t = within(cell.uv.x, grid_.theta_rad.size() - 1, column);
+  const float p = within(cell.uv.y, grid_.phi_rad.size() - 1, row);
+  const float above = cos_theta_[column];
+  const float left = grid_.phi_rad[row];
+  return direction(above + (cos_theta_[column + 1] - above) * t,
+                   left + (grid_.phi_rad[row + 1] - left) * p);
 }
 
 float IesProfile::pdf_solid_angle(Vec3 direction) const noexcept {

@@ -105,13 +105,10 @@ Vec3 PunctualLight::sample_direction(Vec2 u) const noexcept {
   }
   const Cap cap = spot_cap(*this);
   const float at = u.x * (cap.rim + cap.full);
-  // 1 - cosine, which stays accurate for narrow cones. The integral of t^2 over the falloff is a
-  // cube.
+  // The integral of t^2 over the falloff is a cube.
   const float below =
       at < cap.rim ? 1 - cos_outer - cap.width * std::cbrt(at / cap.rim) : cap.rim + cap.full - at;
-  const float r = safe_sqrt(below * (2 - below));
-  const float phi = kTwoPi * u.y;
-  return frame_from_normal(direction).to_world({r * std::cos(phi), r * std::sin(phi), 1 - below});
+  return frame_from_normal(direction).to_world(in_cone(below, u.y));
 }
 
 }  // namespace core

@@ -5,6 +5,8 @@
 /// of lanes here, so that the same text compiles for both.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -19,17 +21,21 @@ struct Of;
 template <>
 struct Of<float> {
   using Mask = bool;
+  using Int = int;
   using Pair = Vec2;
   using Vec = Vec3;
 };
 template <std::size_t N>
 struct Of<Floats<N>> {
   using Mask = core::Mask<N>;
+  using Int = Ints<N>;
   using Pair = Vec2s<N>;
   using Vec = Vec3s<N>;
 };
 template <typename F>
 using MaskOf = typename Of<F>::Mask;
+template <typename F>
+using IntOf = typename Of<F>::Int;
 template <typename F>
 using Vec2Of = typename Of<F>::Pair;
 template <typename F>
@@ -63,6 +69,7 @@ template <std::size_t N>
 Floats<N> hypot(Floats<N> x, Floats<N> y) {
   return sqrt(x * x + y * y);
 }
+inline float atan2(float y, float x) noexcept { return std::atan2(y, x); }
 inline void sincos(float x, float& sine, float& cosine) noexcept {
   sine = std::sin(x);
   cosine = std::cos(x);
@@ -79,12 +86,22 @@ template <std::size_t N>
 Floats<N> log(Floats<N> x) {
   return log2(x) * Floats<N>(0.693147181F);
 }
+inline float log2(float x) noexcept { return std::log2(x); }
 inline float pow(float x, float power) noexcept { return std::pow(x, power); }
 inline int truncated(float x) noexcept { return static_cast<int>(x); }
 inline float to_floats(int x) noexcept { return static_cast<float>(x); }
 constexpr float to_floats(std::uint32_t x) noexcept { return static_cast<float>(x); }
+/// Pre: |x| < 2^31.
+inline int floor_of(float x) noexcept { return static_cast<int>(std::floor(x)); }
+inline int bits_of(float x) noexcept { return std::bit_cast<int>(x); }
+inline float floats_of(int x) noexcept { return std::bit_cast<float>(x); }
+/// Clamps i to [0, count).
+inline int within(int i, int count) noexcept { return std::clamp(i, 0, count - 1); }
 
-inline float gather(const float* p, int index) noexcept { return p[index]; }
+template <typename T>
+T gather(const T* p, int index) noexcept {
+  return p[index];
+}
 
 /// Loads the four floats at base + at, per lane.
 inline void load_four(const float* base, int at, float (&out)[4]) noexcept {

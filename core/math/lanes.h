@@ -155,6 +155,7 @@ struct Ints {
   friend Ints operator-(Ints a, Ints b) { return Ints(a.words() - b.words()); }
   friend Ints operator*(Ints a, Ints b) { return Ints(a.words() * b.words()); }
   friend Ints operator>>(Ints a, int bits) { return a.v >> bits; }
+  friend Ints operator>>(Ints a, Ints bits) { return a.v >> bits.v; }
   friend Ints operator&(Ints a, Ints b) { return a.v & b.v; }
   friend Ints operator|(Ints a, Ints b) { return a.v | b.v; }
   friend Mask<N> operator==(Ints a, Ints b) { return {a.v == b.v}; }

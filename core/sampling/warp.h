@@ -28,8 +28,9 @@ Vec3Of<decltype(U::x)> cosine_hemisphere(U u) noexcept {
   const U d = concentric_disk(u);
   return {d.x, d.y, safe_sqrt(1 - d.x * d.x - d.y * d.y)};
 }
-inline float cosine_hemisphere_pdf_solid_angle(float cos_theta) noexcept {
-  return cos_theta > 0 ? cos_theta * kInvPi : 0.0F;
+template <typename F>
+F cosine_hemisphere_pdf_solid_angle(F cos_theta) noexcept {
+  return max(cos_theta, F(0)) * kInvPi;
 }
 
 /// Density 1 / (2 pi).
@@ -53,6 +54,13 @@ auto uniform_sphere(U u) noexcept {
   F cos_phi;
   sincos(kTwoPi * u.y, sin_phi, cos_phi);
   return Vec3Of<F>{r * cos_phi, r * sin_phi, z};
+}
+
+/// Returns the direction at a cosine of 1 - below, which stays accurate for narrow cones.
+inline Vec3 in_cone(float below, float u) noexcept {
+  const float r = safe_sqrt(below * (2 - below));
+  const float phi = kTwoPi * u;
+  return {r * std::cos(phi), r * std::sin(phi), 1 - below};
 }
 
 /// Returns barycentric weights of vertices 1 and 2, uniform over a triangle's area. Source: Heitz,

@@ -266,89 +266,33 @@ std::shared_ptr<const Texture> Texture::create(const Image& image, bool srgb) {
   return texture;
 }
 
-void Texture::add_tap(std::uint32_t number, const Lookup& at, float weight,
-                      Taps& taps) const noexcept {
-  const Level& level = levels_[number];
-  const float x = at.uv.x * static_cast<float>(level.width) - 0.5F;
-  const float y = at.uv.y * static_cast<float>(level.height) - 0.5F;
-  const float fx = std::floor(x);
-  const float fy = std::floor(y);
-  const auto column = [&](int i) {
-    return static_cast<std::uint32_t>(wrapped_texel(i, level.width, at.wrap_u));
-  };
-  const auto row = [&](int i) {
-    return static_cast<std::uint32_t>(wrapped_texel(i, level.height, at.wrap_v)) *
-           static_cast<std::uint32_t>(level.width);
-  };
-  const std::uint32_t x0 = column(static_cast<int>(fx));
-  const std::uint32_t x1 = column(static_cast<int>(fx) + 1);
-  const std::uint32_t y0 = row(static_cast<int>(fy));
-  const std::uint32_t y1 = row(static_cast<int>(fy) + 1);
-  taps.tap[static_cast<std::size_t>(taps.count++)] = {number,  y0 + x0, y0 + x1, y1 + x0,
-                                                      y1 + x1, x - fx,  y - fy,  weight};
-}
-
-void Texture::add_taps(float lod, const Lookup& at, float weight, Taps& taps) const noexcept {
-  const float clamped = std::clamp(lod, 0.0F, static_cast<float>(levels_.size() - 1));
-  const auto low = static_cast<std::uint32_t>(clamped);
-  const float blend = clamped - static_cast<float>(low);
-  if (blend < 1e-3F || low + 1 >= levels_.size()) {
-    add_tap(low, at, weight, taps);
-    return;
-  }
-  add_tap(low, at, weight * (1 - blend), taps);
-  add_tap(low + 1, at, weight * blend, taps);
-}
-
 void Texture::find_taps(const Lookup& lookup, Taps& taps) const noexcept {
-  taps.count = 0;
-  Lookup at = lookup;
-  // Far-out coordinates would overflow the integer texel; NaN reads the first one.
-  constexpr float kFarOut = 1e5F;  // times 16,384 texels is below 2^31
-  at.uv.x = std::fabs(at.uv.x) < kFarOut ? at.uv.x : 0.0F;
-  at.uv.y = std::fabs(at.uv.y) < kFarOut ? at.uv.y : 0.0F;
-  const auto w = static_cast<float>(levels_[0].width);
-  const auto h = static_cast<float>(levels_[0].height);
-  const Vec2 p = {at.across.x * w, at.across.y * h};
-  const Vec2 q = {at.along.x * w, at.along.y * h};
-  const float longest2 = std::max(dot(p, p), dot(q, q));
-  if (!(longest2 > 1)) {
-    if (!at.nearest) {
-      add_tap(0, at, 1, taps);
-      return;
-    }
-    const int x = static_cast<int>(std::floor(at.uv.x * w));
-    const int y = static_cast<int>(std::floor(at.uv.y * h));
-    const auto texel = static_cast<std::uint32_t>(wrapped_texel(y, height(), at.wrap_v) * width() +
-                                                  wrapped_texel(x, width(), at.wrap_u));
-    taps.tap[0] = {0, texel, texel, texel, texel, 0, 0, 1};
+  const auto near = [](float u) { return std::fabs(u) < kTextureFarOut ? u : 0.0F; };
+  const auto known = [](Vec2 way) { return way == way ? way : Vec2{0, 0}; };
+  const TextureLookup<float> at = {.uv = {near(lookup.uv.x), near(lookup.uv.y)},
+                                   .across = known(lookup.across),
+                                   .along = known(lookup.along),
+                                   .is_sharp = lookup.taps_max > 1,
+                                   .wrap_u = static_cast<int>(lookup.wrap_u),
+                                   .wrap_v = static_cast<int>(lookup.wrap_v),
+                                   .width = width(),
+                                   .height = height(),
+                                   .levels = level_count()};
+  const auto is_magnified = [](Vec2 way) { return dot(way, way) <= 1; };
+  if (lookup.nearest && is_magnified(at.across_texels()) && is_magnified(at.along_texels())) {
+    const auto texel = [](float u, int n, TextureWrap mode) {
+      return wrapped_texel(floor_of(u * static_cast<float>(n)), n, mode);
+    };
+    const int i =
+        texel(at.uv.y, height(), lookup.wrap_v) * width() + texel(at.uv.x, width(), lookup.wrap_u);
+    taps.tap[0] = {0, i, i, i, i, 0, 0, 1};
     taps.count = 1;
     return;
   }
-  if (!(longest2 < 1e14F)) {
-    return;
-  }
-  const float area = std::fabs(p.x * q.y - p.y * q.x);
-  if (at.taps_max <= 1) {
-    add_taps(0.5F * std::log2(std::max(area, 1.0F)), at, 1, taps);
-    return;
-  }
-  const float longest = std::sqrt(longest2);
-  const float width = std::max({area / longest, longest / static_cast<float>(at.taps_max), 1.0F});
-  const int reads = std::min(static_cast<int>(std::ceil(longest / width - 0.25F)), at.taps_max);
-  const float lod = std::log2(width);
-  if (reads <= 1) {
-    add_taps(lod, at, 1, taps);
-    return;
-  }
-  const bool along = dot(q, q) > dot(p, p);
-  const Vec2 way = along ? at.along : at.across;
-  const float share = 1 / static_cast<float>(reads);
-  for (int i = 0; i < reads; ++i) {
-    Lookup tap = at;
-    tap.uv = at.uv + way * ((static_cast<float>(i) + 0.5F) * share - 0.5F);
-    add_taps(lod, tap, share, taps);
-  }
+  taps.count = 0;
+  core::find_taps(at, true, [&taps](bool, const Taps::Tap& tap) {
+    taps.tap[static_cast<std::size_t>(taps.count++)] = tap;
+  });
 }
 
 // Four channels at once: this is most of the cost of textures.
@@ -358,10 +302,11 @@ __m128 Texture::sum(const Taps& taps, const TexelAt& texel_at) const noexcept {
   __m128 sum = _mm_setzero_ps();
   for (int i = 0; i < taps.count; ++i) {
     const Taps::Tap& tap = taps.tap[static_cast<std::size_t>(i)];
-    const Level& level = levels_[tap.level];
+    const Level& level = levels_[static_cast<std::size_t>(tap.level)];
+    const auto at = [&](int texel) { return texel_at(level, static_cast<std::size_t>(texel)); };
     const __m128 right = _mm_set1_ps(tap.right);
-    const __m128 upper = between(texel_at(level, tap.i00), texel_at(level, tap.i10), right);
-    const __m128 lower = between(texel_at(level, tap.i01), texel_at(level, tap.i11), right);
+    const __m128 upper = between(at(tap.i00), at(tap.i10), right);
+    const __m128 lower = between(at(tap.i01), at(tap.i11), right);
     sum += between(upper, lower, _mm_set1_ps(tap.down)) * _mm_set1_ps(tap.weight);
   }
   return sum;
@@ -375,17 +320,17 @@ Vec4 Texture::read(const Taps& taps) const noexcept {
   __m128 sum_of;
   if (!levels_[0].floats.empty()) {
     sum_of = sum(
-        taps, [](const Level& level, std::uint32_t i) { return _mm_loadu_ps(&level.floats[i].x); });
+        taps, [](const Level& level, std::size_t i) { return _mm_loadu_ps(&level.floats[i].x); });
   } else if (srgb_) {
     const float* table = kSrgbTable.data();
     const float* alpha = kLinearTable.data();
-    sum_of = sum(taps, [&](const Level& level, std::uint32_t i) {
+    sum_of = sum(taps, [&](const Level& level, std::size_t i) {
       const std::uint32_t c = level.rgba8[i];
       return _mm_setr_ps(table[c & 255U], table[(c >> 8) & 255U], table[(c >> 16) & 255U],
                          alpha[c >> 24]);
     });
   } else {
-    sum_of = sum(taps, [](const Level& level, std::uint32_t i) {
+    sum_of = sum(taps, [](const Level& level, std::size_t i) {
       const __m128i bytes = _mm_cvtsi32_si128(static_cast<int>(level.rgba8[i]));
       return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes));
     });

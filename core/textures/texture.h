@@ -17,15 +17,13 @@
 #include "core/image_io/image.h"
 #include "core/math/intrinsics.h"
 #include "core/math/vec.h"
+#include "core/textures/texture_taps.h"
 
 namespace core {
 
 /// Returns the texel of index i on an axis of n texels: i itself within [0, n), else by the wrap
 /// mode.
 int wrapped_texel(int i, int n, TextureWrap mode);
-
-/// Footprints longer than this multiple of their width are also blurred across.
-inline constexpr int kTextureTapsMax = 8;
 
 /// Returns all pixels of an image in linear light, row 0 on top. Grey is copied to RGB; alpha is 1
 /// if missing. srgb: as for Texture::create().
@@ -42,19 +40,16 @@ class Texture {
     /// the finest level.
     Vec2 across = {0, 0};
     Vec2 along = {0, 0};
-    int taps_max =
-        1;  ///< 1: a round footprint of the same area; more: that many taps along the longer axis
+    /// 1: a round footprint of the same area; kTextureTapsMax: up to as many taps along the longer
+    /// axis.
+    int taps_max = 1;
     TextureWrap wrap_u = TextureWrap::kRepeat;
     TextureWrap wrap_v = TextureWrap::kRepeat;
     bool nearest = false;
   };
   /// The texels and weights of a lookup; the same for all textures of one size.
   struct Taps {
-    struct Tap {
-      std::uint32_t level, i00, i10, i01, i11;  ///< i10: right of i00; i01: below it
-      float right, down;                        ///< interpolation weights in [0, 1]
-      float weight;
-    };
+    using Tap = TextureTap<float>;
     int count = 0;  ///< 0: uses the texture's mean
     std::array<Tap, 2 * kTextureTapsMax> tap;
   };
@@ -100,10 +95,8 @@ class Texture {
   };
   Texture() = default;
   Vec4 texel(const Level& level, int x, int y) const noexcept;
-  void add_tap(std::uint32_t level, const Lookup& at, float weight, Taps& taps) const noexcept;
   template <typename TexelAt>
   __m128 sum(const Taps& taps, const TexelAt& texel_at) const noexcept;
-  void add_taps(float lod, const Lookup& at, float weight, Taps& taps) const noexcept;
 
   std::vector<Level> levels_;
   bool srgb_ = false;

@@ -13,7 +13,6 @@
 #include "core/light_samplers/triangle_sample.h"
 #include "core/math/lane_math.h"
 #include "core/scene/scene_data.h"
-#include "core/wave/lane_environment.h"
 #include "core/wave/lane_rows.h"
 
 namespace core {
@@ -36,8 +35,7 @@ class LaneLights {
       : scene_(scene),
         lights_(lights),
         triangles_(static_cast<std::int32_t>(scene.triangle_lights.size())),
-        sky_light_(triangles_ + static_cast<std::int32_t>(scene.punctual_lights.size())),
-        sky_(lights.environment_beside_tree(), lights.sky_density()) {
+        sky_light_(triangles_ + static_cast<std::int32_t>(scene.punctual_lights.size())) {
     const Environment* sky = lights.environment_beside_tree();
     has_sky_ = sky != nullptr && !sky->has_sun();
     has_few_ = lights.has_tree_alone() && scene.light_tree.is_few() &&
@@ -56,23 +54,6 @@ class LaneLights {
       return from_triangles(pick.light, pick.prob_light, point, u, place);
     }
     return from_any(asked, point, normal, u_pick, u);
-  }
-
-  /// LightSampler::pdf_environment() for the lanes in `asked`; at: map coordinates of the
-  /// directions d.
-  template <std::size_t N>
-  Floats<N> pdf_environment(Mask<N> asked, Vec3s<N> d, const MapPoints<N>& at, Vec3s<N> point,
-                            Vec3s<N> normal) const {
-    if (has_sky_) {
-      return lights_.prob_sky(point, normal) * sky_.pdf_solid_angle(normal, d, at);
-    }
-    Floats<N> out(0);
-    for (unsigned rest = asked.bits(); rest != 0; rest &= rest - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(rest));
-      out.v[k] = lights_.pdf_environment(d.lane(k), {at.u.v[k], at.v.v[k]}, at.sin_theta.v[k],
-                                         point.lane(k), normal.lane(k));
-    }
-    return out;
   }
 
  private:
@@ -105,7 +86,7 @@ class LaneLights {
     const Mask<N> of_sky = asked & (light == Ints<N>(sky_light_));
     if (has_sky_ && of_sky.any()) {
       rest &= ~of_sky.bits();
-      const SkyLanes<N> seen = sky_.sample(normal, u);
+      const SkySample<Floats<N>> seen = lights_.sample_sky(normal, u);
       out.wi_world = select(of_sky, seen.wi_world, out.wi_world);
       out.radiance = select(of_sky, seen.radiance, out.radiance);
       out.pdf_solid_angle = select(of_sky, prob * seen.pdf_solid_angle, out.pdf_solid_angle);
@@ -186,7 +167,6 @@ class LaneLights {
   const MisLightSampler& lights_;
   std::int32_t triangles_;
   std::int32_t sky_light_;  ///< index of the environment
-  LaneEnvironment sky_;
   bool has_sky_ = false;
   bool has_few_ = false;
 };

@@ -20,7 +20,6 @@
 #include "core/transport/visibility.h"
 #include "core/wave/lane_camera.h"
 #include "core/wave/lane_catcher.h"
-#include "core/wave/lane_environment.h"
 #include "core/wave/lane_holes.h"
 #include "core/wave/lane_lights.h"
 #include "core/wave/lane_spectrum.h"
@@ -59,7 +58,6 @@ class LaneTracer final : public WaveTracer {
         scalar_paths_(scalar_, catcher_.scalar()),
         fog_(scalar_.fog()),
         lights_(scene_, scalar_.lights()),
-        sky_(input.environment, scalar_.lights().sky_density()),
         surfaces_(scene_, !Options::is_spectral && !has_fog()),
         is_open_(input.settings.shutter_seconds > 0),
         moves_(is_open_ && std::any_of(scene_.meshes.begin(), scene_.meshes.end(),
@@ -316,7 +314,6 @@ class LaneTracer final : public WaveTracer {
   ScalarPaths<Options> scalar_paths_;
   const Fog* fog_;  ///< null if there is none
   LaneLights lights_;
-  LaneEnvironment sky_;
   LaneSurfaces surfaces_;
   bool is_open_;         ///< the shutter: paths have times
   bool moves_;           ///< surfaces move

@@ -266,7 +266,8 @@ template <std::size_t N, typename Options>
 Vec3s<N> LaneTracer<N, Options>::found_environment(const Wave& wave, std::size_t first,
                                                    unsigned left) const {
   const WavePaths& paths = wave.paths;
-  const MapPoints<N> at = sky_.points(load<N>(paths.direction, first));
+  const EnvironmentMap sky = environment_->map();
+  const MapPoint<Floats<N>> at = sky.point(load<N>(paths.direction, first));
   const Floats<N> pdf_bsdf = load<N>(paths.pdf_bsdf.at + first);
   const Mask<N> spread = Mask<N>::of(left) & (pdf_bsdf > Floats<N>(0));
   Vec3s<N> sun(Vec3{});
@@ -276,13 +277,13 @@ Vec3s<N> LaneTracer<N, Options>::found_environment(const Wave& wave, std::size_t
     sun.y.v[k] = disc.g;
     sun.z.v[k] = disc.b;
   }
-  Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky_.background(at) + sun : Vec3s<N>{};
+  Vec3s<N> radiance = (Mask<N>::of(left) & ~spread).any() ? sky.background(at) + sun : Vec3s<N>{};
   if (spread.any()) {
-    const Floats<N> pdf_light = lights_.pdf_environment(spread, load<N>(paths.direction, first), at,
-                                                        load<N>(paths.last_origin, first),
-                                                        load<N>(paths.last_normal, first));
+    const Floats<N> pdf_light = scalar_.lights().pdf_environment(
+        load<N>(paths.direction, first), at, load<N>(paths.last_origin, first),
+        load<N>(paths.last_normal, first));
     radiance = select(
-        spread, (sky_.radiance(at) + sun) * power_heuristic(pdf_bsdf, of_all(pdf_light)), radiance);
+        spread, (sky.radiance(at) + sun) * power_heuristic(pdf_bsdf, of_all(pdf_light)), radiance);
   }
   return Colors::of(wave, paths.slot.at + first, left).values(radiance) *
          load<N>(paths.beta, first);

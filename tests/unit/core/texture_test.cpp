@@ -173,4 +173,37 @@ TEST(TextureTaps, OfOneTextureApplyToAnotherOfItsSize) {
   }
 }
 
+TEST(TextureTaps, RepeatExactlyFarOut) {
+  test_support::Random random(7);
+  const auto texture = Texture::create(image_of(61, 20, 3, random), false);
+  for (const auto wrap : {core::TextureWrap::kRepeat, core::TextureWrap::kMirroredRepeat}) {
+    for (int round = 0; round < 200; ++round) {
+      // With 12 binary digits after the point, both sums are exact.
+      const auto part = [&] { return std::floor(random.uniform() * 4096) / 4096; };
+      Texture::Lookup at;
+      at.uv = {part(), part()};
+      at.wrap_u = at.wrap_v = wrap;
+      const Vec4 near = texture->sample(at);
+      at.uv = {at.uv.x + 2046, at.uv.y - 2048};
+      const Vec4 far = texture->sample(at);
+      EXPECT_TRUE(near.x == far.x && near.y == far.y && near.z == far.z);
+    }
+  }
+}
+
+TEST(TextureTaps, OfAFootprintThatIsNoNumberAreThoseOfTheFinestLevel) {
+  test_support::Random random(8);
+  const auto texture = Texture::create(image_of(16, 16, 3, random), false);
+  Texture::Lookup at;
+  at.uv = {0.3F, 0.7F};
+  const Vec4 finest = texture->sample(at);
+  for (const int taps_max : {1, core::kTextureTapsMax}) {
+    at.taps_max = taps_max;
+    at.across = {0.01F, 0};
+    at.along = {std::nanf(""), 0.01F};
+    const Vec4 found = texture->sample(at);
+    EXPECT_TRUE(found.x == finest.x && found.y == finest.y && found.z == finest.z);
+  }
+}
+
 }  // namespace

@@ -1,5 +1,10 @@
 #include "core/bsdf/bsdf.h"
 
+#include <algorithm>
+#include <optional>
+
+#include "core/math/numbers.h"
+
 namespace core {
 namespace {
 

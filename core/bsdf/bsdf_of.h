@@ -224,7 +224,7 @@ class BsdfOf {
   std::array<F, kLobes> prob_;
   M has_specular_;
   InterfaceOf<F> interface_;
-  SpecularLobeOf<F> specular_;
+  std::optional<SpecularLobeOf<F>> specular_;  ///< where has_specular_
   Color below_;  ///< weighted colour of diffuse transmission; valid if has_below_
   std::optional<Wall> wall_;
   std::optional<Glass> glass_;
@@ -241,8 +241,8 @@ class BsdfOf {
     Albedo e, average;  ///< of the facets with F = 1: for wo, and on average
   };
   template <typename Surface, typename Extra>
-  void set_lobes(const Surface& s, GgxOf<F> ggx, V wo, const Film& film,
-                 const Extra& extra) noexcept {
+  [[gnu::noinline]] void set_lobes(const Surface& s, GgxOf<F> ggx, V wo, const Film& film,
+                                   const Extra& extra) noexcept {
     const F metal = s.metallic;
     const F dielectric = 1 - metal;
     F cover = dielectric;  // dielectric that is not solid glass
@@ -283,9 +283,9 @@ class BsdfOf {
     prob_[kDiffuse] = luminance(substrate);
     Color seen = substrate;
     if (may(has_specular_)) {
-      specular_ = {s, metal, cover, film, facets_, base.e, base.average};
-      const Color specular = specular_.albedo(facets_, base.e);
-      const Color multiple = specular_.multiple_albedo(facets_, base.e);
+      specular_.emplace(s, metal, cover, film, facets_, base.e, base.average);
+      const Color specular = specular_->albedo(facets_, base.e);
+      const Color multiple = specular_->multiple_albedo(facets_, base.e);
       prob_[kDiffuse] = prob_[kDiffuse] + luminance(multiple);
       prob_[kSpecular] = luminance(specular);
       seen = substrate + multiple + specular;
@@ -444,12 +444,12 @@ class BsdfOf {
     }
     Color f = diffuse_ * under;
     if (may(has_specular_)) {
-      f = f + specular_.multiple(e);
+      f = f + specular_->multiple(e);
     }
     parts.diffuse = select(prob_[kDiffuse] > 0, f * wi.z, black());
     Eval single;
     if (may(above & has_specular_ & opposite(facets_.is_smooth))) {
-      single = specular_.single(facets_, prob_[kSpecular], wi);
+      single = specular_->single(facets_, prob_[kSpecular], wi);
     }
     parts.glossy = single.value_cos;
     parts.out = {parts.diffuse + parts.glossy,
@@ -552,7 +552,7 @@ class BsdfOf {
     to.s.is_delta = to.s.is_delta | is_delta;
     to.is_valid = to.is_valid | (on & (wi.z > 0));
     if (any(is_delta)) {
-      Color mirrored = specular_.fresnel(facets_.wo.z);
+      Color mirrored = specular_->fresnel(facets_.wo.z);
       if (wall_) {
         mirrored = with_far_face(mirrored);
       }

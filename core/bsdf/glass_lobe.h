@@ -122,11 +122,11 @@ class GlassLobeOf {
   struct Sample {
     V wi;
     Color weight;  ///< where it is delta
-    M is_valid;
     M is_delta;
     M is_refracted;
   };
-  /// prob: of the lobe; open: LobeShare.
+  /// Samples wi below the surface where it is refracted, else above; otherwise the path is absorbed.
+  /// prob: of the lobe; open: fraction that the layers above let through.
   Sample sample(const FacetsOf<F>& s, F prob, F open, F u_lobe, Vec2Of<F> u) const noexcept {
     Sample out;
     out.is_delta = is_delta(s);
@@ -145,7 +145,6 @@ class GlassLobeOf {
     out.weight = select(is_reflected, f * reflection_ * (common / prob_reflect),
                         color_ * (common / (eta_ * eta_)));
     out.is_refracted = opposite(is_reflected);
-    out.is_valid = (is_reflected & (out.wi.z > 0)) | (out.is_refracted & (out.wi.z < 0));
     return out;
   }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
+#include <type_traits>
 
 #include "core/color/lane_color.h"
 

@@ -82,7 +82,7 @@ std::vector<LobeCase> lobes() {
            [even](const Facets& f, float lobe, Vec2 u, BsdfSample& s) {
              const auto sample = glass(f, even).sample(f, 1, 1, lobe, u);
              s.wi_local = sample.wi;
-             return sample.is_valid;
+             return sample.is_refracted ? sample.wi.z < 0 : sample.wi.z > 0;
            },
            [even](const Facets& f, Vec3 wi, BsdfEval& out) { glass(f, even).add(f, 1, wi, out); }});
       cases.push_back({(even ? "SpecularBrushed" : "Specular") + tail, even ? brushed : round,

@@ -125,8 +125,8 @@ class GlassLobeOf {
     M is_delta;
     M is_refracted;
   };
-  /// Samples wi below the surface where it is refracted, else above; otherwise the path is absorbed.
-  /// prob: of the lobe; open: fraction that the layers above let through.
+  /// Samples wi, below the surface where it is refracted, else above; a path on the other side is
+  /// absorbed. prob: of the lobe; open: fraction that the layers above let through.
   Sample sample(const FacetsOf<F>& s, F prob, F open, F u_lobe, Vec2Of<F> u) const noexcept {
     Sample out;
     out.is_delta = is_delta(s);

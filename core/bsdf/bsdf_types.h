@@ -1,9 +1,10 @@
 /// Parameters of BSDFs, and the results of evaluation and sampling.
 #pragma once
 
-#include "core/color/rgb.h"
+#include "core/bsdf/thin_film.h"
+#include "core/color/lane_color.h"
 #include "core/description/surface_layers.h"
-#include "core/math/vec.h"
+#include "core/math/generic.h"
 
 namespace core {
 
@@ -33,6 +34,22 @@ struct BsdfLayers : SurfaceLayers {
   Vec3 clearcoat_normal = {0, 0, 1};  ///< local frame; has its own normal map
   float iridescence_thickness_nm = 0;
   Rgb wavelengths_nm;  ///< wavelengths of the colour components; 0: red, green and blue
+
+  ThinFilm film() const noexcept {
+    return {iridescence > 0, iridescence, iridescence_ior, iridescence_thickness_nm,
+            wavelengths_nm};
+  }
+};
+
+/// Surfaces that transmit without a solid: walls, of BsdfParameters, and diffuse transmission, of
+/// BsdfLayers. Weights are 0 where a surface has none.
+template <typename F>
+struct WallOf {
+  F transmission;
+  F diffuse;  ///< diffuse_transmission
+  ColorOf<F> diffuse_color;
+
+  MaskOf<F> exist() const noexcept { return (transmission > 0) | (diffuse > 0); }
 };
 
 /// Cosine between two normals that differ by no more than rounding: 8 steps of a float below 1.
@@ -44,28 +61,26 @@ auto is_flat(F ng_z) noexcept {
   return ng_z > kSameNormal;
 }
 
-struct BsdfEval {
-  Rgb value_cos;              ///< f * |cos theta_i| [1/sr]
-  float pdf_solid_angle = 0;  ///< density of sample() at wi, without delta lobes
+template <typename F>
+struct BsdfEvalOf {
+  ColorOf<F> value_cos = ColorOf<F>(F(0));  ///< f * |cos theta_i| [1/sr]
+  F pdf_solid_angle = 0;                    ///< density of sample() at wi, without delta lobes
 };
+using BsdfEval = BsdfEvalOf<float>;
 
-struct BsdfSample {
-  Vec3 wi_local;
-  Rgb weight;                 ///< f * |cos| / density
-  float pdf_solid_angle = 0;  ///< 0 if is_delta
-  bool is_delta = false;
-  bool transmitted = false;  ///< wi is on the other side of the geometric surface
-  bool is_mirrored = false;  ///< at the horizon plane
-  bool is_null = false;      ///< wi = -wo without deflection: see null_transmittance()
-  bool is_glass = false;     ///< from the boundary of a solid
-  float eta = 1;             ///< n(wi) / n(wo); 1 unless refracted
+template <typename F>
+struct BsdfSampleOf {
+  using M = MaskOf<F>;
+  Vec3Of<F> wi_local;
+  ColorOf<F> weight = ColorOf<F>(F(0));  ///< f * |cos| / density; black: no direction was sampled
+  F pdf_solid_angle = 0;                 ///< 0 if is_delta
+  M is_delta{};
+  M transmitted{};  ///< wi is on the other side of the geometric surface
+  M is_mirrored{};  ///< at the horizon plane
+  M is_null{};      ///< wi = -wo without deflection: see null_transmittance()
+  M is_glass{};     ///< from the boundary of a solid
+  F eta = 1;        ///< n(wi) / n(wo); 1 unless refracted
 };
-
-/// A lobe's sampling probability, and the fraction that the layers above let through if it is
-/// smooth.
-struct LobeShare {
-  float prob = 1;
-  float open = 1;
-};
+using BsdfSample = BsdfSampleOf<float>;
 
 }  // namespace core

@@ -1,30 +1,26 @@
-/// DiffuseLobe: Lambertian reflection, or diffuse transmission if turned over, under an Interface.
+/// DiffuseLobe: the distribution of Lambertian reflection, or of diffuse transmission if turned
+/// over.
 ///
-/// Bsdf adds the multiple scattering of other lobes to f(), because it has the same distribution.
+/// BsdfOf adds the multiple scattering of other lobes to the value, because it has the same
+/// distribution.
 #pragma once
 
-#include "core/bsdf/interface.h"
 #include "core/sampling/warp.h"
 
 namespace core {
 
-struct DiffuseLobe {
-  Rgb albedo;            ///< weighted
-  bool is_even = false;  ///< sampled uniformly, because most of it is at grazing angles
+template <typename F>
+struct DiffuseLobeOf {
+  MaskOf<F> is_even{};  ///< sampled uniformly, because most of it is at grazing angles
 
-  /// Returns the BSDF under an interface; mu: cosine of wi on its side, e: the interface's albedo
-  /// there.
-  Rgb f_under(float mu, const Interface& interface, SpecularAlbedo e) const noexcept {
-    return f() * interface.coupling(mu, e);
-  }
-  Rgb f() const noexcept { return albedo * kInvPi; }
-  float pdf_solid_angle(float mu) const noexcept {
-    return is_even ? 0.5F * kInvPi : cosine_hemisphere_pdf_solid_angle(mu);
-  }
+  /// mu: cosine of wi on its side.
+  F pdf_solid_angle(F mu) const noexcept { return select(is_even, F(0.5F * kInvPi), mu * kInvPi); }
   /// Samples a direction with z > 0, up to rounding.
-  Vec3 sample(Vec2 u) const noexcept {
-    return is_even ? uniform_hemisphere(u) : cosine_hemisphere(u);
+  Vec3Of<F> sample(Vec2Of<F> u) const noexcept {
+    const Vec3Of<F> cosine = cosine_hemisphere(u);
+    return any(is_even) ? select(is_even, uniform_hemisphere(u), cosine) : cosine;
   }
 };
+using DiffuseLobe = DiffuseLobeOf<float>;
 
 }  // namespace core

@@ -5,8 +5,6 @@
 /// sides (Kulla and Conty 2017); that of a film is as without it.
 #pragma once
 
-#include <type_traits>
-
 #include "core/bsdf/anisotropic_albedo.h"
 #include "core/bsdf/bsdf_types.h"
 #include "core/bsdf/facets.h"
@@ -26,10 +24,7 @@ struct GlassParametersOf {
   MaskOf<F> inside;
 };
 
-/// The lobe of lanes has no film.
-struct NoFilm {};
-
-template <typename F, typename Film>
+template <typename F>
 class GlassLobeOf {
  public:
   using V = Vec3Of<F>;
@@ -38,17 +33,16 @@ class GlassLobeOf {
 
   /// weight: of the solid in the mixture of surface components.
   GlassLobeOf(const GlassParametersOf<F>& p, const FacetsOf<F>& s, F weight,
-              const Film& film) noexcept
-      : color_(p.color), reflection_(p.reflection), weight_(weight), film_(film) {
+              const ThinFilmOf<F>& film) noexcept
+      : color_(p.color), reflection_(p.reflection), weight_(weight) {
     const F ior = max(p.ior, F(1e-2F));
     inside_ = p.inside;
     eta_ = select(p.inside, 1 / ior, ior);
     is_dimmed_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
-    bool has_own_f0 = any(is_dimmed_);
-    if constexpr (kHasFilm) {
-      has_own_f0 = has_own_f0 || film_.weight > 0;
+    if (film.exists) {
+      film_ = film;
     }
-    if (has_own_f0) {
+    if (film.exists || any(is_dimmed_)) {
       f0_ = each_channel(p.specular_color * square((1 - ior) / (1 + ior)),
                          [](F f) { return clamp01(f); }) *
             p.f90;
@@ -128,11 +122,11 @@ class GlassLobeOf {
   struct Sample {
     V wi;
     Color weight;  ///< where it is delta
-    M is_valid;
     M is_delta;
     M is_refracted;
   };
-  /// prob: of the lobe; open: LobeShare.
+  /// Samples wi, below the surface where it is refracted, else above; a path on the other side is
+  /// absorbed. prob: of the lobe; open: fraction that the layers above let through.
   Sample sample(const FacetsOf<F>& s, F prob, F open, F u_lobe, Vec2Of<F> u) const noexcept {
     Sample out;
     out.is_delta = is_delta(s);
@@ -151,13 +145,10 @@ class GlassLobeOf {
     out.weight = select(is_reflected, f * reflection_ * (common / prob_reflect),
                         color_ * (common / (eta_ * eta_)));
     out.is_refracted = opposite(is_reflected);
-    out.is_valid = (is_reflected & (out.wi.z > 0)) | (out.is_refracted & (out.wi.z < 0));
     return out;
   }
 
  private:
-  static constexpr bool kHasFilm = !std::is_same_v<Film, NoFilm>;
-
   M is_delta(const FacetsOf<F>& s) const noexcept { return s.is_smooth | is_index_matched(); }
 
   /// Returns the albedo of single scattering for w on either side. The reflectance of facets is
@@ -193,8 +184,8 @@ class GlassLobeOf {
   Color fresnel(F cos_oh) const noexcept {
     const F exact = fresnel_dielectric(cos_oh, eta_);
     M is_bent = is_dimmed_;
-    if constexpr (kHasFilm) {
-      is_bent = is_bent || film_.weight > 0;
+    if (film_.exists) {
+      is_bent = is_bent | (film_.weight > 0);
     }
     is_bent = is_bent & (exact < 1);
     if (!any(is_bent)) {
@@ -203,13 +194,16 @@ class GlassLobeOf {
     const F r0 = square((1 - eta_) / (1 + eta_));
     const F w = clamp01((exact - r0) / (1 - r0));
     Color f = f0_ * (1 - w) + Color(f90_ * w);
-    if constexpr (kHasFilm) {
-      if (film_.weight > 0) {
-        const F cos_outer = inside_ ? safe_sqrt(1 - (1 - cos_oh * cos_oh) / (eta_ * eta_)) : cos_oh;
-        f = f * (1 - film_.weight) + film_.fresnel(cos_outer, f0_) * (f90_ * film_.weight);
-      }
+    if (film_.exists) {
+      f = with_film(cos_oh, f);
     }
     return select(is_bent, f, Color(exact));
+  }
+
+  [[gnu::noinline]] Color with_film(F cos_oh, Color bare) const noexcept {
+    const F cos_outer =
+        select(inside_, safe_sqrt(1 - (1 - cos_oh * cos_oh) / (eta_ * eta_)), cos_oh);
+    return film_.mixed(bare, film_.fresnel(cos_outer, f0_) * f90_);
   }
 
   Color color_;
@@ -222,33 +216,13 @@ class GlassLobeOf {
   F f90_ = 1;
   F slope_ = 1;  ///< of the reflectance of the largest channel in that of the index
   F least_ = 0;  ///< its value where that is 0
-  [[no_unique_address]] Film film_;
+  ThinFilmOf<F> film_;
   F lost_ = 0;     ///< fraction lost by single scattering
   F through_ = 0;  ///< fraction of the loss that leaves on the other side
   Color multiple_above_ = Color(F(0));
   Color multiple_below_ = Color(F(0));
 };
 
-class GlassLobe : public GlassLobeOf<float, ThinFilm> {
- public:
-  GlassLobe(const BsdfParameters& p, const Facets& s, float weight, const ThinFilm& film) noexcept
-      : GlassLobeOf({p.base_color * p.refraction_weight, p.reflection_weight, p.specular_color,
-                     p.f90, p.ior, p.inside},
-                    s, weight, film) {}
-
-  bool sample(const Facets& s, LobeShare share, float u_lobe, Vec2 u,
-              BsdfSample& out) const noexcept {
-    const Sample g = GlassLobeOf::sample(s, share.prob, share.open, u_lobe, u);
-    out.wi_local = g.wi;
-    out.weight = g.weight;
-    out.is_delta = g.is_delta;
-    out.is_glass = true;
-    if (g.is_refracted) {
-      out.eta = eta();
-      out.is_null = is_index_matched();
-    }
-    return g.is_valid;
-  }
-};
+using GlassLobe = GlassLobeOf<float>;
 
 }  // namespace core

@@ -3,26 +3,30 @@
 /// Multiple scattering between facets is diffuse (Kulla and Conty 2017).
 #pragma once
 
+#include <limits>
+
 #include "core/bsdf/facets.h"
 #include "core/bsdf/interface.h"
 
 namespace core {
 
-/// The lobe without a film.
 template <typename F>
-struct PlainSpecularOf {
+struct SpecularLobeOf {
+  using V = Vec3Of<F>;
   using Color = ColorOf<F>;
   Color f0;  ///< weighted
   F f90;
   Color multiple_color;
   F multiple_scale;  ///< (1 - E(wo)) / (pi (1 - E_avg))
+  ThinFilmOf<F> film;
+  Color film_f0;  ///< of the base, unweighted
 
-  PlainSpecularOf() = default;
+  SpecularLobeOf() = default;
   /// p: has the base_color, f0 and f90 of BsdfParameters. metal, cover: weights of metal and of the
   /// dielectric. wo, average: albedos with F = 1.
   template <typename Parameters>
-  PlainSpecularOf(const Parameters& p, F metal, F cover, const FacetsOf<F>& s, AlbedoOf<F> wo,
-                  AlbedoOf<F> average) noexcept
+  SpecularLobeOf(const Parameters& p, F metal, F cover, const ThinFilmOf<F>& over,
+                 const FacetsOf<F>& s, AlbedoOf<F> wo, AlbedoOf<F> average) noexcept
       : f0(p.base_color * metal + p.f0 * cover), f90(metal + p.f90 * cover) {
     multiple_scale = select(s.is_smooth, F(0), (1 - wo.e) * kInvPi / max(1 - average.e, F(1e-4F)));
     multiple_color = multiple_scattering(p.f0, Color(p.f90), average.e) * cover;
@@ -30,11 +34,25 @@ struct PlainSpecularOf {
       multiple_color =
           multiple_color + multiple_scattering(p.base_color, Color(F(1)), average.e) * metal;
     }
+    if (over.exists) {
+      film = over;
+      film_f0 = f0 * (1 / max(metal + cover, F(std::numeric_limits<float>::min())));
+    }
   }
-  Color fresnel(F cos_oh) const noexcept { return fresnel_schlick(f0, f90, cos_oh); }
-  /// Returns the fraction of light from wo reflected by single scattering.
+  /// Returns the reflectance of a facet.
+  Color fresnel(F cos_oh) const noexcept {
+    const Color plain = fresnel_schlick(f0, f90, cos_oh);
+    return film.exists ? with_film(cos_oh, plain) : plain;
+  }
+  /// Returns the fraction of light from wo reflected by single scattering; by a film, that at the
+  /// view angle.
   Color albedo(const FacetsOf<F>& s, AlbedoOf<F> wo) const noexcept {
-    return select(s.is_smooth, fresnel(s.wo.z), f0 * (wo.e - wo.e5) + Color(f90 * wo.e5));
+    const Color plain = fresnel_schlick(f0, f90, s.wo.z);
+    const Color rough = f0 * (wo.e - wo.e5) + Color(f90 * wo.e5);
+    const Color bare = select(s.is_smooth, plain, rough);
+    return film.exists
+               ? film.mixed(bare, with_film(s.wo.z, plain) * select(s.is_smooth, F(1), wo.e))
+               : bare;
   }
   Color multiple_albedo(const FacetsOf<F>& s, AlbedoOf<F> wo) const noexcept {
     return select(s.is_smooth, Color(F(0)), multiple_color * (1 - wo.e));
@@ -43,57 +61,18 @@ struct PlainSpecularOf {
   Color multiple(AlbedoOf<F> e) const noexcept {
     return multiple_color * (multiple_scale * (1 - e.e));
   }
-};
-
-struct SpecularLobe : PlainSpecularOf<float> {
-  ThinFilm film;
-  Rgb film_f0;
-
-  SpecularLobe() = default;
-  SpecularLobe(const BsdfParameters& p, float metal, float cover, const Facets& s,
-               const ThinFilm& over, SpecularAlbedo wo, SpecularAlbedo average) noexcept
-      : PlainSpecularOf(p, metal, cover, s, wo, average) {
-    if (over.weight > 0) {
-      film = over;
-      film_f0 = f0 / (metal + cover);
-    }
-  }
-  /// As without a film, which is evaluated at the view angle.
-  Rgb albedo(const Facets& s, SpecularAlbedo wo) const noexcept {
-    const Rgb plain = PlainSpecularOf::albedo(s, wo);
-    if (!(film.weight > 0)) {
-      return plain;
-    }
-    return plain * (1 - film.weight) +
-           fresnel(s.wo.z) * (s.is_smooth ? film.weight : film.weight * wo.e);
-  }
-  Rgb fresnel(float cos_oh) const noexcept {
-    const Rgb plain = PlainSpecularOf::fresnel(cos_oh);
-    if (!(film.weight > 0)) {
-      return plain;
-    }
-    return plain * (1 - film.weight) +
-           film.fresnel(std::max(cos_oh, 0.0F), film_f0) * (f90 * film.weight);
-  }
-
-  void add(const Facets& s, float prob, Vec3 wi, BsdfEval& out) const noexcept {
-    if (s.is_smooth) {
-      return;
-    }
-    const Vec3 h = s.half(wi);
+  /// Returns single scattering to wi, above the surface, unless the facets are smooth.
+  BsdfEvalOf<F> single(const FacetsOf<F>& s, F prob, V wi) const noexcept {
+    const V h = s.half(wi);
     const auto reflection = s.reflection(prob, wi, h);
-    out.value_cos += fresnel(dot(s.wo, h)) * reflection.value_cos;
-    out.pdf_solid_angle += reflection.pdf_solid_angle;
+    return {fresnel(dot(s.wo, h)) * reflection.value_cos, reflection.pdf_solid_angle};
   }
-  bool sample(const Facets& s, LobeShare share, Vec2 u, BsdfSample& out) const noexcept {
-    out.wi_local = s.sample_reflected(u);
-    if (s.is_smooth) {
-      out.weight = fresnel(s.wo.z) * (share.open / share.prob);
-      out.is_delta = true;
-      return true;
-    }
-    return out.wi_local.z > 0;
+
+ private:
+  [[gnu::noinline]] Color with_film(F cos_oh, Color bare) const noexcept {
+    return film.mixed(bare, film.fresnel(max(cos_oh, F(0)), film_f0) * f90);
   }
 };
+using SpecularLobe = SpecularLobeOf<float>;
 
 }  // namespace core

@@ -1,7 +1,11 @@
 /// Reflectance of a thin film on a base, as linear RGB.
 #pragma once
 
-#include "core/color/rgb.h"
+#include <bit>
+#include <cstddef>
+#include <type_traits>
+
+#include "core/color/lane_color.h"
 
 namespace core {
 
@@ -14,16 +18,37 @@ Rgb thin_film_fresnel(float cos_outer, float film_ior, float thickness_nm, Rgb b
                       Rgb wavelengths_nm = {}) noexcept;
 
 /// A film that covers part of a surface.
-struct ThinFilm {
-  float weight = 0;  ///< covered fraction; 0: none
-  float ior = 1.3F;
-  float thickness_nm = 0;
-  Rgb wavelengths_nm;
+template <typename F>
+struct ThinFilmOf {
+  using Color = ColorOf<F>;
+  bool exists = false;  ///< in any lane; the rest is unspecified if not
+  F weight;             ///< covered fraction; 0: none
+  F ior, thickness_nm;
+  Color wavelengths_nm;
 
-  Rgb fresnel(float cos_outer, Rgb base_f0) const noexcept {
-    return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0, wavelengths_nm);
+  /// Returns `bare`, or the mixture with `filmed` where there is a film.
+  template <typename T>
+  T mixed(T bare, T filmed) const noexcept {
+    return select(weight > 0, bare * (1 - weight) + filmed * weight, bare);
+  }
+  /// Evaluated lane by lane, and 0 in those without a film.
+  Color fresnel(F cos_outer, Color base_f0) const noexcept {
+    if constexpr (std::is_same_v<F, float>) {
+      return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0, wavelengths_nm);
+    } else {
+      Color out(F(0));
+      const auto rgb = [](Vec3 c) { return Rgb{c.x, c.y, c.z}; };
+      for (unsigned rest = (weight > 0).bits(); rest != 0; rest &= rest - 1) {
+        const auto k = static_cast<std::size_t>(std::countr_zero(rest));
+        const Rgb one = thin_film_fresnel(cos_outer.v[k], ior.v[k], thickness_nm.v[k],
+                                          rgb(base_f0.lane(k)), rgb(wavelengths_nm.lane(k)));
+        out.set(k, {one.r, one.g, one.b});
+      }
+      return out;
+    }
   }
 };
+using ThinFilm = ThinFilmOf<float>;
 
 /// Returns the exact unpolarised reflectance of one dielectric film at one wavelength (Airy
 /// summation). n0, n1, n2: outside, film, base. For tests and for spectral paths.

@@ -29,6 +29,10 @@ struct TopLayersOf {
         has_coat(any(coat.weight > 0)),
         has_sheen(any(sheen.strongest > 0)) {}
 
+  template <typename Layers>
+  static MaskOf<F> exist(const Layers& layers) noexcept {
+    return (layers.clearcoat > 0) | (max_component(layers.sheen_color) > 0);
+  }
   /// Returns the probability of a rough coat, 0 of a smooth one; prob_coat: of either.
   F rough(F prob_coat) const noexcept { return select(coat.facets.is_smooth, F(0), prob_coat); }
 

@@ -651,7 +651,7 @@ void LaneTracer<N, Options>::extend(Wave& wave, const Vertex& at, const BsdfLane
                           bsdf.has_one_lobe() ? Drawn::kPair : Drawn::kAll);
   const auto sample = bsdf.sample(u.x, {u.y, u.z});
   Mask<N> alive = at.on & is_not_black(sample.weight);
-  const Vec3s<N> wi = at.frame.to_world(sample.wi);
+  const Vec3s<N> wi = at.frame.to_world(sample.wi_local);
   const Mask<N> through = dot(wi, s.horizon) < Floats<N>(0);
   Vec3s<N> beta = at.beta * sample.weight;
   const Ints<N> medium = medium_beyond(at, through);

@@ -33,7 +33,7 @@ struct LobeCase {
 };
 void PrintTo(const LobeCase& c, std::ostream* out) { *out << c.name; }
 
-core::DiffuseLobe diffuse(bool is_even) { return {core::Rgb(0.5F), is_even}; }
+core::DiffuseLobe diffuse(bool is_even) { return {is_even}; }
 
 core::SpecularLobe specular() {
   core::SpecularLobe lobe{};
@@ -43,10 +43,8 @@ core::SpecularLobe specular() {
 }
 
 core::GlassLobe glass(const Facets& facets, bool inside) {
-  core::BsdfParameters p;
-  p.ior = 1.5F;
-  p.inside = inside;
-  return {p, facets, 1, {}};
+  const core::Rgb white(1);
+  return {{white, white, white, 1, 1.5F, inside}, facets, 1, {}};
 }
 
 core::BsdfLayers layers() {
@@ -82,16 +80,19 @@ std::vector<LobeCase> lobes() {
       cases.push_back(
           {(even ? "GlassInside" : "GlassOutside") + tail, round,
            [even](const Facets& f, float lobe, Vec2 u, BsdfSample& s) {
-             return glass(f, even).sample(f, {}, lobe, u, s);
+             const auto sample = glass(f, even).sample(f, 1, 1, lobe, u);
+             s.wi_local = sample.wi;
+             return sample.is_refracted ? sample.wi.z < 0 : sample.wi.z > 0;
            },
            [even](const Facets& f, Vec3 wi, BsdfEval& out) { glass(f, even).add(f, 1, wi, out); }});
       cases.push_back({(even ? "SpecularBrushed" : "Specular") + tail, even ? brushed : round,
                        [](const Facets& f, float, Vec2 u, BsdfSample& s) {
-                         return specular().sample(f, {}, u, s);
+                         s.wi_local = f.sample_reflected(u);
+                         return s.wi_local.z > 0;
                        },
                        [](const Facets& f, Vec3 wi, BsdfEval& out) {
                          if (wi.z > 0) {
-                           specular().add(f, 1, wi, out);
+                           out = specular().single(f, 1, wi);
                          }
                        }});
     }

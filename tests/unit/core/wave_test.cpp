@@ -31,17 +31,17 @@ struct Surface {
   core::BsdfLayers layers;
   bool has_layers = false;
 
-  bool transmits() const { return parameters.transmission > 0 || layers.diffuse_transmission > 0; }
+  bool is_solid() const { return parameters.transmission > 0 && !parameters.thin; }
+  bool is_wall() const {
+    return (parameters.transmission > 0 && parameters.thin) || layers.diffuse_transmission > 0;
+  }
 };
 
-/// The surfaces that waves support, without the boundaries of solids.
+/// The surfaces of test_support::bsdf_cases(), and mixtures of their lobes.
 std::vector<Surface> surfaces() {
   std::vector<Surface> out;
   for (const auto& c : test_support::bsdf_cases()) {
-    const core::BsdfLayers layers = c.layers.value_or(core::BsdfLayers{});
-    if (layers.iridescence == 0 && (c.parameters.transmission == 0 || c.parameters.thin)) {
-      out.push_back({c.parameters, layers, c.layers.has_value()});
-    }
+    out.push_back({c.parameters, c.layers.value_or(core::BsdfLayers{}), c.layers.has_value()});
   }
   core::BsdfParameters half;
   for (const float roughness : {0.1F, 0.5F, 0.9F}) {
@@ -79,10 +79,12 @@ template <std::size_t N>
 struct LanesOfSurfaces {
   core::SurfaceLanes<N> surface{};
   core::LayerLanes<N> layers{};
+  core::SolidLanes<N> solids{};
   core::WallLanes<N> walls{};
   core::BrushLanes<N> brush{};
+  core::FilmLanes<N> films{};
 
-  core::ExtraLanes<N> all() const { return {&layers, nullptr, &walls, &brush}; }
+  core::ExtraLanes<N> all() const { return {&layers, &solids, &walls, &brush, &films}; }
   void set(std::size_t k, const Surface& s, float alpha_scale = 1) {
     const core::BsdfParameters& p = s.parameters;
     surface.base_color.set(k, {p.base_color.r, p.base_color.g, p.base_color.b});
@@ -98,10 +100,20 @@ struct LanesOfSurfaces {
     layers.clearcoat_normal.set(k, l.clearcoat_normal);
     layers.sheen_color.set(k, {l.sheen_color.r, l.sheen_color.g, l.sheen_color.b});
     layers.sheen_roughness.v[k] = l.sheen_roughness;
-    walls.transmission.v[k] = p.transmission;
+    solids.transmission.v[k] = p.thin ? 0 : p.transmission;
+    solids.specular_color.set(k, {p.specular_color.r, p.specular_color.g, p.specular_color.b});
+    solids.ior.v[k] = p.ior;
+    solids.inside.v[k] = p.inside ? -1 : 0;
+    walls.transmission.v[k] = p.thin ? p.transmission : 0;
     walls.diffuse.v[k] = l.diffuse_transmission;
     const core::Rgb below = l.diffuse_transmission_color;
     walls.diffuse_color.set(k, {below.r, below.g, below.b});
+    if (l.iridescence > 0) {
+      films.on |= 1U << k;
+      films.weight.v[k] = l.iridescence;
+      films.ior.v[k] = l.iridescence_ior;
+      films.thickness_nm.v[k] = l.iridescence_thickness_nm;
+    }
   }
 };
 
@@ -156,8 +168,8 @@ int differences(Vec3 ng, float alpha_scale) {
       if (!is_black(s.weight)) {
         wrong = wrong || (sample.is_delta.bits() >> k & 1U) != (s.is_delta ? 1U : 0U) ||
                 (sample.is_null.bits() >> k & 1U) != (s.is_null ? 1U : 0U) ||
-                differs(sample.wi.lane(k).x, s.wi_local.x) ||
-                differs(sample.wi.lane(k).z, s.wi_local.z) ||
+                differs(sample.wi_local.lane(k).x, s.wi_local.x) ||
+                differs(sample.wi_local.lane(k).z, s.wi_local.z) ||
                 differs(sample.pdf_solid_angle.v[k], s.pdf_solid_angle);
       }
       count += wrong ? 1 : 0;
@@ -206,8 +218,10 @@ TEST(WaveBsdf, LanesDoNotDependOnTheirNeighbours) {
     const bool is_brushed = surface.parameters.alpha_x != surface.parameters.alpha_y;
     const core::BsdfLanes<8> a(own.surface, wo, up,
                                {.layers = surface.has_layers ? &own.layers : nullptr,
-                                .walls = surface.transmits() ? &own.walls : nullptr,
-                                .brush = is_brushed ? &own.brush : nullptr});
+                                .solids = surface.is_solid() ? &own.solids : nullptr,
+                                .walls = surface.is_wall() ? &own.walls : nullptr,
+                                .brush = is_brushed ? &own.brush : nullptr,
+                                .films = own.films.on == 0 ? nullptr : &own.films});
     const core::BsdfLanes<8> b(mixed.surface, wo, up, mixed.all());
     const auto f = a.evaluate(wi);
     const auto g = b.evaluate(wi);
@@ -217,7 +231,7 @@ TEST(WaveBsdf, LanesDoNotDependOnTheirNeighbours) {
     const auto t = b.sample(u.x, {u.y, u.z});
     EXPECT_TRUE(are_same(s.weight.lane(2), t.weight.lane(2)));
     if (!is_black(s.weight.lane(2))) {
-      EXPECT_TRUE(are_same(s.wi.lane(2), t.wi.lane(2)));
+      EXPECT_TRUE(are_same(s.wi_local.lane(2), t.wi_local.lane(2)));
       EXPECT_TRUE(are_same(s.pdf_solid_angle.v[2], t.pdf_solid_angle.v[2]));
     }
   }

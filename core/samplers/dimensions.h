@@ -16,10 +16,9 @@
 ///                                                         wave_tracer
 ///   light   w       Russian roulette of the path          bdpt lane_fog path path_media
 ///                                                         shared_lights wave_tracer
-///   bsdf    x       which lobe                            bdpt catcher direct feature_pass
-///                                                         light_path path photon_mapping scatter
-///                                                         wave_tracer
-///   bsdf    y z     direction                             bdpt cached_irradiance catcher direct
+///   bsdf    x       which lobe                            bdpt catcher feature_pass light_path
+///                                                         path photon_mapping scatter wave_tracer
+///   bsdf    y z     direction                             bdpt cached_irradiance catcher
 ///                                                         feature_pass irradiance lane_fog
 ///                                                         light_path path path_media
 ///                                                         photon_mapping scatter wave_tracer

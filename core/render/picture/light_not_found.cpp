@@ -24,8 +24,8 @@ constexpr int kParticlesMost = 1 << 22;
 
 /// How an integrator finds light that reaches its first diffuse surface through or off sharp ones.
 enum class CausticLight {
-  kByChance,       ///< camera paths hit the emitter, which no point or direction can be, or a narrow
-                   ///< lobe towards it
+  kByChance,       ///< camera paths hit the emitter, which no point or direction can be, or scatter
+                   ///< to it in a narrow lobe
   kByConnections,  ///< light paths connect to surfaces, but not to those seen through smooth ones
   kByPhotons       ///< wherever the camera sees it
 };
@@ -45,7 +45,7 @@ Finds finds(CausticLight by, LightRoute route) {
                              ? route.is_caustic()
                              : by == CausticLight::kByConnections &&
                                    route.kind == LightRoute::kCaustic && route.is_mirrored;
-  return !is_missed                                 ? Finds::kByDesign
+  return !is_missed                             ? Finds::kByDesign
          : route.is_punctual && !route.is_rough ? Finds::kNever
                                                 : Finds::kByChance;
 }

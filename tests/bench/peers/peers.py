@@ -36,8 +36,8 @@ engine's defaults, except that LuxCore's BIDIRCPU has no roulette, which would b
 Its depth limits each of the two subpaths, so it needs a depth that loses little light, as
 --depth 24. With --maps, each --scene is rendered under each map, and V is the variance between the
 repetitions, relative to the pixel's squared mean, without the worst 1 % of the pixels: for files
-that engines understand differently, and with light that few paths find. Clamps, denoisers, adaptive sampling, blurred caustics and all other biased noise
-reductions are off.
+that engines understand differently, and with light that few paths find. Clamps, denoisers,
+adaptive sampling, blurred caustics and all other biased noise reductions are off.
 """
 
 import argparse

@@ -109,7 +109,14 @@ class BsdfOf {
       return s;
     }
     if (any(rest)) {
-      draft = sample_rest(rest, u_lobe - prob_[kDiffuse], u, draft);
+      const F left = u_lobe - prob_[kDiffuse];
+      M specular = rest & (left < prob_[kSpecular]);
+      if (has_below_ || top_) {
+        draft = sample_rest(rest, left, u, draft, specular);
+      }
+      if (any(specular)) {
+        draft = sample_specular(specular, u, draft);
+      }
     }
     s.transmitted = s.wi_local.z < 0;
     if (!is_flat_all_) {
@@ -521,26 +528,20 @@ class BsdfOf {
     Sample s;
     M is_valid{};
   };
-  /// Samples a lobe beyond kDiffuse in the lanes of `rest`; left: of u_lobe.
-  Draft sample_rest(M rest, F left, Vec2Of<F> u, Draft to) const noexcept {
+  /// Samples a lobe beyond kDiffuse in the lanes of `rest`, unless it is kSpecular: sets its lanes.
+  /// left: of u_lobe.
+  [[gnu::noinline]] Draft sample_rest(M rest, F left, Vec2Of<F> u, Draft to,
+                                      M& specular) const noexcept {
     for (int i = kDiffuse + 1; i < kLobes; ++i) {
       const auto lobe = static_cast<Lobe>(i);
-      if (!has(lobe)) {
-        continue;
-      }
       const F prob = prob_[lobe];
       const M on = rest & (lobe == kGlass ? prob > 0 : left < prob);
       if (lobe == kSpecular) {
-        if (any(on)) {
-          to = sample_specular(on, u, to);
-        }
-      } else if (any(on)) {
+        specular = on;
+      } else if (has(lobe) && any(on)) {
         to = sample_other(lobe, on, left, u, to);
       }
       rest = rest & opposite(on);
-      if (!any(rest)) {
-        break;
-      }
       left = left - prob;
     }
     return to;

@@ -194,6 +194,9 @@ struct SceneDescription {
   std::vector<CameraDescription> cameras;
   std::vector<std::string> variants;
   std::vector<std::string> animations;
+  /// Extreme points [m] of the model over its whole animation, the same at all its times; automatic
+  /// cameras and grounds follow them. Empty: those of the model here.
+  std::vector<Vec3> framed;
   std::vector<std::string> extensions;  ///< extensionsUsed
   std::vector<Warning> warnings;
   bool has_emissive_strength =

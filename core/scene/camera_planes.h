@@ -7,8 +7,8 @@
 namespace core {
 
 /// Warns, in the description, of cameras that see nothing of the model because their far plane lies
-/// before it, and of near planes behind it, which Camera leaves out. model: in the scene's
-/// coordinates.
+/// before it, and of near planes behind it, which Camera leaves out. model: as Camera::create()
+/// takes its bounds.
 void check_planes(SceneDescription& scene, const Bounds& model);
 
 }  // namespace core

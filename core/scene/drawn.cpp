@@ -163,9 +163,13 @@ std::vector<Vec3> extreme_points_of(const SceneDescription& scene) {
   return extremes.points();
 }
 
+std::vector<Vec3> framed_points_of(const SceneDescription& scene) {
+  return scene.framed.empty() ? extreme_points_of(scene) : scene.framed;
+}
+
 Bounds bounds_of(const SceneDescription& scene) {
   Bounds out;
-  for (const Vec3& point : extreme_points_of(scene)) {
+  for (const Vec3& point : framed_points_of(scene)) {
     out.add(point);
   }
   return out;

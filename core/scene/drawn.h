@@ -38,7 +38,10 @@ bool has_mark(const MarkedBlocks& blocks, const TextureDescription& texture,
 /// instances scaled to a line or a point.
 std::vector<Vec3> extreme_points_of(const SceneDescription& scene);
 
-/// Returns the bounds [m] of the same. Automatic cameras frame them.
+/// Returns scene.framed, or extreme_points_of() if there are none.
+std::vector<Vec3> framed_points_of(const SceneDescription& scene);
+
+/// Returns the bounds [m] of framed_points_of(). Automatic cameras frame them.
 Bounds bounds_of(const SceneDescription& scene);
 
 }  // namespace core

@@ -24,7 +24,7 @@ class SceneData;  // the parts for integrators: core/scene/scene_data.h
 struct SceneSummary {
   std::string name;
   Place origin;                ///< SceneDescription::origin
-  Bounds bounds;               ///< from the origin, metres
+  Bounds bounds;               ///< from the origin, metres; over the whole animation
   std::vector<Vec3> extremes;  ///< Extreme points of the model, likewise; framing reads them.
   std::size_t triangles = 0;   ///< counted per instance: a mesh used twice counts twice
   std::size_t instances = 0;

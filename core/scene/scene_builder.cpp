@@ -50,6 +50,9 @@ class Builder {
     for (const Vec3& point : extremes_) {
       bounds_.add(point);
     }
+    if (!from_.framed.empty()) {
+      extremes_ = from_.framed;
+    }
     place_meshes();
     const std::size_t added = divide_triangles(to_);
     if (Status s = build_accel(threads, isa, stop); !s) {
@@ -58,7 +61,7 @@ class Builder {
     add_lights();
     placed_triangles_ -= added;
     find_solids(to_, {from_, instance_of_, top_level_});
-    check_planes(from_, bounds_);
+    check_planes(from_, bounds());
     Bounds box = bounds_;
     box.add(ground_bounds_);
     box.add(moved_bounds_);
@@ -72,7 +75,10 @@ class Builder {
   /// level ground, for a quarter of its height: the shadow of light that falls at 76 degrees or
   /// more, and most of longer ones, since the image is higher or wider than the model.
   Bounds bounds() const {
-    Bounds out = bounds_;
+    Bounds out;
+    for (const Vec3& point : extremes_) {
+      out.add(point);
+    }
     if (to_.ground && !out.empty() && !(ground_bounds_.diagonal().y > 0)) {
       const float reach = 0.25F * out.diagonal().y;
       out.min.x -= reach;
@@ -460,8 +466,8 @@ class Builder {
   std::size_t top_level_ = 0;
   std::vector<const InstanceDescription*> instance_of_;  ///< of each placed mesh
   std::size_t placed_triangles_ = 0;
-  std::vector<Vec3> extremes_;  ///< of the model
-  Bounds bounds_;               ///< of the same
+  std::vector<Vec3> extremes_;  ///< SceneSummary::extremes
+  Bounds bounds_;               ///< of the model
   Bounds ground_bounds_;        ///< of the ground
   Bounds moved_bounds_;         ///< at later times of an open shutter
 };

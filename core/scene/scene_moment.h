@@ -15,7 +15,7 @@ struct SceneMoment {
   std::optional<std::string>
       variant;  ///< KHR_materials_variants by name; unknown: kInvalidArgument at "/variant"
   /// Point from which positions count; empty: far_origin() of the scene (gltf_origin.h). Scenes at
-  /// several times of one picture share the first one's.
+  /// several times of one picture share the first one's, and are not framed on their own.
   std::optional<Place> origin;
   /// Reads only positions, cameras and names: no images and no tangents.
   bool geometry_only = false;

@@ -248,6 +248,13 @@ class Player {
                                 "two channels of one animation have the same target"));
   }
 
+  std::vector<float> sampled(const Track& track, bool is_rotation) {
+    moment_.first_seconds =
+        std::min(moment_.first_seconds, static_cast<double>(track.times.front()));
+    moment_.last_seconds = std::max(moment_.last_seconds, static_cast<double>(track.times.back()));
+    return sample(track, time_seconds_, is_rotation);
+  }
+
   Status move_node(const tinygltf::AnimationChannel& channel, const SamplerUse& sampler,
                    const std::string& where, const std::string& sampler_where) {
     const std::string& path = channel.target_path;
@@ -267,7 +274,7 @@ class Player {
     if (rotation && track->interpolation != "CUBICSPLINE") {
       note_lengths(track->values, sampler_where + "/output");
     }
-    put(moment_.nodes[channel.target_node], path, sample(*track, time_seconds_, rotation));
+    put(moment_.nodes[channel.target_node], path, sampled(*track, rotation));
     return ok_status();
   }
 
@@ -296,8 +303,8 @@ class Player {
     if (!track) {
       return track.error();
     }
-    AnimatedValue value = {pointer.path, sample(*track, time_seconds_, pointer.is_rotation),
-                           pointer.is_boolean, pointer.is_array};
+    AnimatedValue value = {pointer.path, sampled(*track, pointer.is_rotation), pointer.is_boolean,
+                           pointer.is_array};
     for (float& v : value.values) {
       if (std::isnan(v)) {
         return invalid(where, "the animated value is not a number");

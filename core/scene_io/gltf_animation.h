@@ -1,6 +1,7 @@
 /// Evaluates the animations of a glTF file at one time: values that replace those of the nodes.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,6 +35,9 @@ struct AnimatedValue {
 struct AnimatedMoment {
   AnimatedNodes nodes;
   std::vector<AnimatedValue> values;
+  /// The first and the last key of all; none: infinity and -infinity.
+  double first_seconds = std::numeric_limits<double>::infinity();
+  double last_seconds = -std::numeric_limits<double>::infinity();
   /// Some animated KHR_materials_emissive_strength is above 1 in the file or at some key.
   bool has_emissive_strength = false;
 };

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/math/extreme_points.h"
+#include "core/scene/drawn.h"
 #include "core/scene_io/gltf_animation.h"
 #include "core/scene_io/gltf_check.h"
 #include "core/scene_io/gltf_container.h"
@@ -13,6 +15,7 @@
 #include "core/scene_io/gltf_materials.h"
 #include "core/scene_io/gltf_meshes.h"
 #include "core/scene_io/gltf_model.h"
+#include "core/scene_io/gltf_nodes.h"
 #include "core/scene_io/gltf_objects.h"
 #include "core/scene_io/gltf_place.h"
 #include "core/scene_io/gltf_pointer.h"
@@ -172,8 +175,35 @@ Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& 
   return opened;
 }
 
-Result<SceneDescription> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
-                                     const GltfOptions& options) {
+/// Returns whether what is drawn may differ between the times of an animation.
+bool moves_meshes(const tinygltf::Model& model, const AnimatedMoment& animated,
+                  const std::vector<int>& nodes) {
+  std::vector<bool> moves(model.nodes.size());
+  bool any = !animated.values.empty();
+  for (const int node : nodes) {  // parents first
+    const auto n = static_cast<std::size_t>(node);
+    moves[n] = moves[n] || animated.nodes.contains(node);
+    any = any || (moves[n] && model.nodes[n].mesh >= 0);
+    for (const int child : model.nodes[n].children) {
+      moves[static_cast<std::size_t>(child)] = moves[n];
+    }
+  }
+  for (const tinygltf::Skin& skin : model.skins) {
+    any = any || std::any_of(skin.joints.begin(), skin.joints.end(),
+                             [&](int joint) { return moves[static_cast<std::size_t>(joint)]; });
+  }
+  return any;
+}
+
+/// A scene at one time, and the first and the last at which its meshes differ.
+struct LoadedMoment {
+  SceneDescription scene;
+  double first_seconds = 0;
+  double last_seconds = 0;
+};
+
+Result<LoadedMoment> load_moment(std::span<const std::byte> file, const ResolveUri& resolve,
+                                 const GltfOptions& options) {
   GltfRepairs repairs(options.is_strict);
   auto opened = open_gltf(file, resolve, options.scene_index, options.limits, repairs);
   if (!opened) {
@@ -185,7 +215,8 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   if (!source) {
     return source.error();
   }
-  SceneDescription scene;
+  LoadedMoment loaded;
+  SceneDescription& scene = loaded.scene;
   read_names(model, scene);
   auto variant = find_variant(scene, options.variant);
   if (!variant) {
@@ -211,6 +242,11 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   if (auto status = read_profiles(*source, scene); !status) {
     return status.error();
   }
+  const auto nodes = nodes_of_scene(model, options.scene_index);
+  if (nodes && moves_meshes(model, *animated, *nodes)) {
+    loaded.first_seconds = animated->first_seconds;
+    loaded.last_seconds = animated->last_seconds;
+  }
   GltfMeshes meshes(model, *source, options, *variant, repairs, scene);
   if (auto status = place_nodes(model, *source, meshes, options, animated->nodes, scene); !status) {
     return status.error();
@@ -226,7 +262,49 @@ Result<SceneDescription> load_moment(std::span<const std::byte> file, const Reso
   all.insert(all.end(), scene.warnings.begin(), scene.warnings.end());
   shorten(all);
   scene.warnings = std::move(all);
-  return scene;
+  return loaded;
+}
+
+/// Number of times of an animation at which automatic cameras frame the model, with its first and
+/// last: as many as core/scene_io/shutter.h reads.
+constexpr int kFramedTimes = kShutterSteps;
+
+/// Fills scene.framed, which must not depend on the time at which the scene was loaded. Errors:
+/// those of load_gltf() that are not about the content of the file.
+Status frame_animation(std::span<const std::byte> file, const ResolveUri& resolve,
+                       const GltfOptions& options, LoadedMoment& loaded) {
+  GltfOptions then = options;
+  then.geometry_only = true;
+  then.is_strict = false;
+  then.origin = loaded.scene.origin;
+  // One moment is in memory at a time.
+  std::uint64_t most = 0;
+  std::uint64_t taken = 0;
+  then.limits.admit = [&](std::uint64_t bytes) {
+    taken += bytes;
+    const std::uint64_t more = taken > most ? taken - most : 0;
+    most += more;
+    return options.limits.admit ? options.limits.admit(more) : ok_status();
+  };
+  ExtremePoints extremes;
+  for (int step = 0; step < kFramedTimes; ++step) {
+    const double part = static_cast<double>(step) / (kFramedTimes - 1);
+    then.time_seconds = loaded.first_seconds * (1 - part) + loaded.last_seconds * part;
+    taken = 0;
+    auto moment = load_moment(file, resolve, then);
+    if (!moment) {
+      if (moment.error().code == ErrorCode::kInvalidArgument) {
+        continue;  // of another time than the one asked for
+      }
+      return moment.error();
+    }
+    moment->scene.images = loaded.scene.images;  // whose alpha hides triangles
+    for (const Vec3& point : extreme_points_of(moment->scene)) {
+      extremes.add(point);
+    }
+  }
+  loaded.scene.framed = extremes.points();
+  return ok_status();
 }
 
 }  // namespace
@@ -236,13 +314,22 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   if (options.shutter_seconds > 0 && !options.time_seconds) {
     return Error{ErrorCode::kInvalidArgument, "in the rest pose nothing moves", "/shutter_seconds"};
   }
-  auto scene = load_moment(file, resolve, options);
-  if (!scene || !(options.shutter_seconds > 0) || scene->animations.empty()) {
-    return scene;
+  auto loaded = load_moment(file, resolve, options);
+  if (!loaded) {
+    return loaded.error();
+  }
+  SceneDescription& scene = loaded->scene;
+  if (options.time_seconds && !options.origin && loaded->first_seconds < loaded->last_seconds) {
+    if (const Status framed = frame_animation(file, resolve, options, *loaded); !framed) {
+      return framed.error();
+    }
+  }
+  if (!(options.shutter_seconds > 0) || scene.animations.empty()) {
+    return std::move(scene);
   }
   GltfOptions then = options;
   then.geometry_only = true;
-  then.origin = scene->origin;
+  then.origin = scene.origin;
   std::vector<SceneDescription> later;
   for (int step = 1; step < kShutterSteps; ++step) {
     then.time_seconds =
@@ -251,13 +338,12 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
     if (!moment) {
       return moment.error();
     }
-    later.push_back(*std::move(moment));
+    later.push_back(std::move(moment->scene));
   }
-  if (const Status opened = open_shutter(*scene, later, options.limits.decoded_bytes_max);
-      !opened) {
+  if (const Status opened = open_shutter(scene, later, options.limits.decoded_bytes_max); !opened) {
     return opened.error();
   }
-  return scene;
+  return std::move(scene);
 }
 
 Result<std::vector<std::string>> gltf_files(std::span<const std::byte> file, const HasFile& has,

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/aovs/first_hit.h"
+#include "core/scene/drawn.h"
 #include "core/scene/scene.h"
 #include "core/scene/scene_data.h"
 #include "tests/support/statistics.h"
@@ -373,6 +374,47 @@ TEST(Motion, OfAPanoramaTakesTheShorterWay) {
   const double later = std::atan2(static_cast<double>(at.position.x) - 0.5, 4);
   EXPECT_NEAR(at.motion.x, (angle - later) * kWidth / 6.283185307179586, 1e-3);
   EXPECT_GT(at.motion.x, 0);
+}
+
+TEST(Motion, ModelsAreFramedOverTheirWholeAnimation) {
+  File file;
+  add_primitive(file.writer, triangle_at(file));  // x and y from 0 to 2
+  file.animate(0, "translation", {0, 0, 0, 100, 50, 0}, "VEC3", 3);
+  add_primitive(file.writer, triangle_at(file));
+  for (const double time : {-5.0, 0.0, 0.3, 1.0}) {
+    core::SceneDescription scene = file.at(time);
+    const core::Bounds box = core::bounds_of(scene);
+    EXPECT_EQ(box.min, (Vec3{0, 0, 0})) << time;
+    EXPECT_EQ(box.max, (Vec3{102, 52, 0})) << time;
+    const auto built = core::Scene::build(std::move(scene), 1);
+    ASSERT_TRUE(built);
+    EXPECT_EQ((*built)->summary().bounds.max, box.max);
+    EXPECT_EQ((*built)->summary().extremes, core::framed_points_of(file.at(time)));
+  }
+  core::GltfOptions open;
+  open.time_seconds = 0.25;
+  open.shutter_seconds = 0.5;
+  const core::Bytes bytes = file.writer.finish();
+  const auto blurred = load(bytes, open);
+  ASSERT_TRUE(blurred);
+  EXPECT_EQ(core::framed_points_of(*blurred), core::framed_points_of(file.at(0)));
+  core::GltfOptions rest;
+  rest.time_seconds = std::nullopt;
+  const auto resting = load(bytes, rest);
+  ASSERT_TRUE(resting);
+  EXPECT_EQ(core::bounds_of(*resting).max, (Vec3{2, 2, 0})) << "framed on its own";
+}
+
+TEST(Motion, SkinsAreFramedOverTheirWholeAnimationAndMovingCamerasCostNothing) {
+  File file;
+  add_moving_nodes(file);
+  EXPECT_EQ(core::framed_points_of(file.at(0)), core::framed_points_of(file.at(1)));
+  File flight;
+  flight.writer.add("cameras", R"({"type":"perspective","perspective":{"yfov":1,"znear":0.1}})");
+  flight.writer.add("nodes", R"({"camera":0})");
+  flight.animate(0, "translation", {0, 0, 10, 0, 0, 20}, "VEC3", 3);
+  add_primitive(flight.writer, triangle_at(flight));
+  EXPECT_TRUE(flight.at(0.5).framed.empty());
 }
 
 }  // namespace

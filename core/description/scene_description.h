@@ -5,9 +5,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,14 @@ struct TextureDescription {
   bool nearest = false;  ///< magnification filter NEAREST
   /// KHR_texture_transform as rows of a 2x3 matrix: u' = m[0] u + m[1] v + m[2], v' = m[3] ...
   std::array<float, 6> uv_transform = {1, 0, 0, 0, 1, 0};
+
+  /// Returns whether +u of the transformed coordinates is neither along nor against +u of those of
+  /// the mesh: it is along d dP/du - c dP/dv, the first column of the inverse of (a b; c d).
+  bool turns_u() const noexcept {
+    const auto& m = uv_transform;
+    const float determinant = m[0] * m[4] - m[1] * m[3];
+    return m[3] != 0 && determinant != 0 && std::isfinite(determinant);
+  }
 };
 
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
@@ -98,6 +108,25 @@ struct MaterialDescription : SurfaceLayers {
   /// Returns whether meshes of this material bound solids; other walls that transmit are thin.
   bool bounds_solids() const noexcept {
     return (transmission > 0 || diffuse_transmission > 0) && thickness > 0;
+  }
+  /// Returns the texture along whose coordinates missing tangents are made; empty: the material
+  /// needs none. Its transform is not the identity only if it turns.
+  std::optional<TextureDescription> tangent_map() const {
+    std::optional<TextureDescription> map;
+    if (anisotropy != 0) {
+      map = anisotropy_texture;
+    }
+    for (const TextureDescription* normals : {&clearcoat_normal_texture, &normal_texture}) {
+      if (normals->image >= 0) {
+        map = *normals;
+      }
+    }
+    // Anisotropy without a texture follows the coordinates of the mesh.
+    const bool is_plain = anisotropy != 0 && anisotropy_texture.image < 0;
+    if (map && (is_plain || !map->turns_u())) {
+      map->uv_transform = TextureDescription().uv_transform;
+    }
+    return map;
   }
   /// Returns whether the back emits as the front does, if the material emits.
   bool emits_from_both_sides() const noexcept { return double_sided || unlit; }

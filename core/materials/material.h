@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "core/bsdf/bsdf_types.h"
 #include "core/color/rgb.h"
@@ -13,15 +14,14 @@
 namespace core {
 
 /// The axes of a map whose coordinates are transformed by KHR_texture_transform, relative to the
-/// tangent t and bitangent b of the coordinates themselves: +u of the map is along
-/// t * along_tangent + b * along_bitangent.
+/// tangents that were made for meshes of the material.
 struct MapAxes {
-  float along_tangent = 1;
-  float along_bitangent = 0;
-  float sign = 1;  ///< -1: the transform mirrors
+  float along_tangent = 1;  ///< of +u of the map: 1 or -1; 0: neither, which the triangle gives
+  float sign = 1;           ///< of its bitangent; -1: the transform mirrors
 };
-/// uv_transform: as in TextureDescription. Returns {} for a singular one.
-MapAxes map_axes(const std::array<float, 6>& uv_transform) noexcept;
+/// tangents: MaterialDescription::tangent_map(), if any. Returns {} for a singular transform.
+MapAxes map_axes(const TextureDescription& map,
+                 const std::optional<TextureDescription>& tangents) noexcept;
 
 /// A texture used by a material; if the texture is null, the factor applies alone.
 struct TextureSlot {

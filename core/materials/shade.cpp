@@ -71,11 +71,15 @@ struct MapFrame {
   Vec3 bitangent;
 };
 
-/// Returns the unit direction of +u of a set in the plane of the triangle, and its handedness as
+/// Returns the unit direction of +u of a map in the plane of the triangle, and its handedness as
 /// in PrimitiveDescription::tangents; zero if the coordinates do not change.
-Vec4 flat_tangent(const SurfacePoint& p, std::size_t set) {
-  const Vec3 u = p.to_edge1 * p.uv_edge1[set].x + p.to_edge2 * p.uv_edge2[set].x;
-  const Vec3 v = p.to_edge1 * p.uv_edge1[set].y + p.to_edge2 * p.uv_edge2[set].y;
+Vec4 flat_tangent(const SurfacePoint& p, const TextureDescription& map) {
+  const auto set = static_cast<std::size_t>(map.uv_set);
+  const auto& m = map.uv_transform;
+  const Vec3 u0 = p.to_edge1 * p.uv_edge1[set].x + p.to_edge2 * p.uv_edge2[set].x;
+  const Vec3 v0 = p.to_edge1 * p.uv_edge1[set].y + p.to_edge2 * p.uv_edge2[set].y;
+  const Vec3 u = u0 * m[0] + v0 * m[1];
+  const Vec3 v = u0 * m[3] + v0 * m[4];
   const float side = dot(cross(u, v), p.normal_geometric) < 0 ? -1.0F : 1.0F;
   const Vec3 along = cross(v, p.normal_geometric) * side;
   const Vec3 t =
@@ -90,14 +94,14 @@ MapFrame frame_of(const TextureSlot& slot, const SurfacePoint& p) {
   Vec3 tangent = p.tangent;
   float sign = p.tangent_sign;
   if (p.tangent_uv_set >= 0 && slot.texture != nullptr) {
-    if (slot.description.uv_set != p.tangent_uv_set) {
-      const Vec4 flat = flat_tangent(p, static_cast<std::size_t>(slot.description.uv_set));
+    if (slot.axes.along_tangent == 0 || slot.description.uv_set != p.tangent_uv_set) {
+      const Vec4 flat = flat_tangent(p, slot.description);
       tangent = {flat.x, flat.y, flat.z};
       sign = flat.w;
+    } else {
+      tangent = tangent * slot.axes.along_tangent;
+      sign *= slot.axes.sign;
     }
-    const Vec3 bitangent = cross(p.normal_shading, tangent) * sign;
-    tangent = tangent * slot.axes.along_tangent + bitangent * slot.axes.along_bitangent;
-    sign *= slot.axes.sign;
   }
   return {tangent, cross(p.normal_shading, tangent) * sign};
 }
@@ -169,20 +173,21 @@ void apply_anisotropy(const Material& material, const TexturedPoint& at, Shading
 
 }  // namespace
 
-// Coordinates q = A p grow along u where p grows along the first column of A^-1, (d, -c) / det for
-// A = (a b; c d); p's v grows against the bitangent.
-MapAxes map_axes(const std::array<float, 6>& uv_transform) noexcept {
-  const float a = uv_transform[0];
-  const float b = uv_transform[1];
-  const float c = uv_transform[3];
-  const float d = uv_transform[4];
-  const float determinant = a * d - b * c;
-  const float size = std::hypot(c, d);
-  if (determinant == 0 || !std::isfinite(determinant) || !std::isfinite(size)) {
+// Without a turn, +u is along d / determinant = 1 / a.
+MapAxes map_axes(const TextureDescription& map,
+                 const std::optional<TextureDescription>& tangents) noexcept {
+  const auto& m = map.uv_transform;
+  if (tangents && tangents->turns_u()) {
+    return {tangents->uv_transform == m ? 1.0F : 0.0F, 1};
+  }
+  if (map.turns_u()) {
+    return {0, 1};
+  }
+  const float determinant = m[0] * m[4] - m[1] * m[3];
+  if (determinant == 0 || !std::isfinite(determinant)) {
     return {};
   }
-  const float sign = determinant < 0 ? -1.0F : 1.0F;
-  return {sign * d / size, sign * c / size, sign};
+  return {m[0] < 0 ? -1.0F : 1.0F, determinant < 0 ? -1.0F : 1.0F};
 }
 
 Medium medium_within(const MaterialDescription& f) noexcept {

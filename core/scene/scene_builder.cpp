@@ -100,7 +100,6 @@ class Builder {
   TextureSlot slot(const TextureDescription& description, bool srgb) {
     TextureSlot out;
     out.description = description;
-    out.axes = map_axes(description.uv_transform);
     if (description.image < 0) {
       return out;
     }
@@ -125,6 +124,7 @@ class Builder {
     for (const MaterialMap& map : kMaterialMaps) {
       if (map.slot != nullptr && (m.has_layers || !map.is_layer)) {
         m.*map.slot = slot(d.*map.description, map.is_color);
+        (m.*map.slot).axes = map_axes(d.*map.description, d.tangent_map());
         m.has_texture = m.has_texture || (map.is_shaded && (m.*map.slot).texture != nullptr);
       }
     }

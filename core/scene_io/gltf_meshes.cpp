@@ -14,23 +14,6 @@
 namespace core {
 namespace {
 
-// Returns the texture coordinates of normal maps, or -1 if the material has none.
-int normal_uv_set(const MaterialDescription& material) {
-  for (const TextureDescription* texture :
-       {&material.normal_texture, &material.clearcoat_normal_texture}) {
-    if (texture->image >= 0) {
-      return texture->uv_set;
-    }
-  }
-  return -1;
-}
-
-// Returns the texture coordinates for tangents, or -1 if the material needs no tangents.
-int tangent_uv_set(const MaterialDescription& material) {
-  const int set = normal_uv_set(material);
-  return set < 0 && material.anisotropy != 0 ? material.anisotropy_texture.uv_set : set;
-}
-
 // Turns the tangents of vertices whose normal maps are for the back of their triangles. A map seen
 // from the back has all of its normals reversed: so has one whose tangent, bitangent and normal
 // are.
@@ -249,15 +232,16 @@ void GltfMeshes::finish(GltfPrimitive& primitive) const {
     return;
   }
   const MaterialDescription& material = scene_.materials[static_cast<std::size_t>(base.material)];
-  const int normal_set = normal_uv_set(material);
-  if (primitive.turned > 0 && normal_set >= 0 &&
-      !base.uv[static_cast<std::size_t>(normal_set)].empty()) {
+  const auto map = material.tangent_map();
+  const bool has_normals =
+      material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0;
+  if (primitive.turned > 0 && has_normals &&
+      !base.uv[static_cast<std::size_t>(map->uv_set)].empty()) {
     base.tangents.clear();  // Whether the file's bitangents were mirrored too is not known.
   }
-  const int uv_set = tangent_uv_set(material);
-  if (base.tangents.empty() && uv_set >= 0) {
-    make_tangents(base, uv_set);
-    base.tangent_uv_set = uv_set;
+  if (base.tangents.empty() && map) {
+    make_tangents(base, map->uv_set, map->uv_transform);
+    base.tangent_uv_set = map->uv_set;
   }
   turn_tangents(base, primitive.maps_back);
 }

@@ -283,14 +283,19 @@ class TangentMaker {
 
 }  // namespace
 
-void make_tangents(PrimitiveDescription& primitive, int uv_set) {
+void make_tangents(PrimitiveDescription& primitive, int uv_set,
+                   const std::array<float, 6>& uv_transform) {
   if (primitive.uv[static_cast<std::size_t>(uv_set)].empty()) {
     return;
   }
   if (primitive.normals.empty()) {
     make_flat_normals(primitive);
   }
-  const std::vector<Vec2> uv = primitive.uv[static_cast<std::size_t>(uv_set)];
+  std::vector<Vec2> uv = primitive.uv[static_cast<std::size_t>(uv_set)];
+  const auto& m = uv_transform;
+  for (Vec2& at : uv) {  // without the offset, which changes no tangent
+    at = {m[0] * at.x + m[1] * at.y, m[3] * at.x + m[4] * at.y};
+  }
   TangentMaker(primitive, uv).run();
 }
 

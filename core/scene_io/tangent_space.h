@@ -7,12 +7,16 @@
 /// threshold of 180 degrees. glTF's v points down, so w is the negative of MikkTSpace's sign.
 #pragma once
 
+#include <array>
+
 #include "core/description/scene_description.h"
 
 namespace core {
 
-/// Fills primitive.tangents from uv[uv_set]; splits vertices, and computes flat normals (splitting
-/// for them) if there are none. Does nothing if the uv set is empty.
-void make_tangents(PrimitiveDescription& primitive, int uv_set);
+/// Fills primitive.tangents from uv[uv_set], transformed as by TextureDescription::uv_transform;
+/// splits vertices, and computes flat normals (splitting for them) if there are none. Does nothing
+/// if the uv set is empty.
+void make_tangents(PrimitiveDescription& primitive, int uv_set,
+                   const std::array<float, 6>& uv_transform = TextureDescription().uv_transform);
 
 }  // namespace core

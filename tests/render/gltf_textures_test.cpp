@@ -306,6 +306,15 @@ TEST(GltfNormalMaps, MirroredInstancesMirrorTheTilt) {
   }
 }
 
+constexpr float kStretch = 3;
+
+/// Makes u grow faster over the patch than v.
+void stretch(core::PrimitiveDescription& patch) {
+  for (core::Vec2& p : patch.uv[0]) {
+    p.x *= kStretch;
+  }
+}
+
 /// Coordinates that are turned (counter-clockwise, degrees) and then mirrored in v.
 std::array<float, 6> turned(double degrees, bool is_mirrored) {
   const auto c = static_cast<float>(std::cos(degrees * kPi / 180));
@@ -341,6 +350,58 @@ TEST(GltfNormalMaps, FollowTheTransformOfTheirCoordinates) {
   }
 }
 
+// Where a step of u is not as long as one of v, the transform does not turn by its angle.
+TEST(GltfNormalMaps, FollowTheTransformOfStretchedCoordinates) {
+  const core::Vec3 wi = test_support::towards(35, 25);
+  for (const double degrees : {0.0, 30.0, 120.0}) {
+    for (const bool is_mirrored : {false, true}) {
+      for (const bool along_v : {false, true}) {
+        core::SceneDescription scene = tilted(25, along_v);
+        stretch(scene.meshes[0].primitives[0]);
+        auto m = turned(degrees, is_mirrored);
+        scene.materials[0].normal_texture.uv_transform = m;
+        m[0] *= kStretch;
+        m[3] *= kStretch;
+        // The bitangent is at a right angle to the tangent.
+        const double side = along_v ? (is_mirrored ? -90 : 90) : 0;
+        EXPECT_NEAR(static_cast<double>(shown(scene, wi)),
+                    lambert_radiance(test_support::towards(25, azimuth(m, false) + side), wi),
+                    kByte)
+            << degrees << is_mirrored << along_v;
+      }
+    }
+  }
+}
+
+TEST(GltfNormalMaps, AnisotropyFollowsTheTransformOfStretchedCoordinates) {
+  const auto seen = [](double degrees, bool by_coordinates) {
+    core::MaterialDescription m = test_support::lambert({1, 1, 1});
+    m.metallic = 1;
+    m.roughness = 0.5F;
+    m.anisotropy = 0.8F;
+    m.anisotropy_texture.image = 0;
+    core::SceneDescription scene = test_support::stage(m);
+    test_support::add_image(scene, 1, 1, 3, {255, 128, 255});
+    core::PrimitiveDescription& patch = scene.meshes[0].primitives[0];
+    stretch(patch);
+    const auto matrix = turned(degrees, false);
+    if (by_coordinates) {
+      for (core::Vec2& p : patch.uv[0]) {
+        p = {matrix[0] * p.x + matrix[1] * p.y, matrix[3] * p.x + matrix[4] * p.y};
+      }
+    } else {
+      scene.materials[0].anisotropy_texture.uv_transform = matrix;
+    }
+    return shown(scene, test_support::towards(50, 20));
+  };
+  const float flat = seen(0, false);
+  for (const double degrees : {30.0, 120.0}) {
+    const float baked = seen(degrees, true);
+    EXPECT_NEAR(seen(degrees, false), baked, 1e-4F * baked) << degrees;
+    EXPECT_GT(std::fabs(baked - flat), 0.05F * flat) << degrees;
+  }
+}
+
 // "When tangents are specified" they are the file's, whatever the transform.
 TEST(GltfNormalMaps, GivenTangentsAreNotTurned) {
   core::SceneDescription scene = tilted(25, false);
@@ -361,6 +422,7 @@ core::SceneDescription coated(double degrees, bool by_coordinates) {
   m.clearcoat_normal_texture.image = 0;
   core::SceneDescription scene = test_support::stage(m);
   core::PrimitiveDescription& patch = scene.meshes[0].primitives[0];
+  stretch(patch);
   const auto matrix = turned(degrees, false);
   if (by_coordinates) {
     scene.materials[0].clearcoat_normal_texture.uv_set = 1;
@@ -379,7 +441,7 @@ core::SceneDescription coated(double degrees, bool by_coordinates) {
 TEST(GltfNormalMaps, CoatsFollowTheirOwnCoordinates) {
   const core::Vec3 wi = test_support::towards(50, 100);
   const float flat = shown(coated(0, false), wi);
-  for (const double degrees : {90.0, 270.0}) {
+  for (const double degrees : {90.0, 120.0, 270.0}) {
     const float by_transform = shown(coated(degrees, false), wi);
     EXPECT_NEAR(shown(coated(degrees, true), wi), by_transform, 1e-4F * by_transform) << degrees;
     EXPECT_GT(std::fabs(by_transform - flat), 0.1F * flat) << degrees;

@@ -145,6 +145,8 @@ std::string convergence_json(std::span<const core::ConvergencePoint> points);
 /// The member `light_not_found` as JSON, and back; empty: unknown.
 std::string light_not_found_json(const std::optional<core::LightNotFound>& light);
 std::optional<core::LightNotFound> parse_light_not_found(std::string_view text);
+/// A share of the light in percent with two digits, without an exponent: "0.21%", "100%".
+std::string share_words(double share);
 /// A sentence: whose light is missing, or how much may be.
 std::string light_words(const core::LightNotFound& light);
 

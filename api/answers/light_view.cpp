@@ -75,6 +75,17 @@ std::optional<LightNotFound> parse_light_not_found(std::string_view text) {
   return light;
 }
 
+std::string share_words(double share) {
+  const double percent = 100 * share;
+  constexpr double kLeast = 1e-4;  // below, %g has an exponent
+  if (percent > 0 && percent < kLeast) {
+    return "less than 0.0001%";
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), percent >= 10 ? "%.0f%%" : "%.2g%%", percent);
+  return text.data();
+}
+
 std::string light_words(const LightNotFound& light) {
   if (!light.reason.empty()) {
     return light.reason;
@@ -82,10 +93,7 @@ std::string light_words(const LightNotFound& light) {
   if (light.at_most >= 1) {
     return "How much light may be missing is not known: too few particles reach the image.";
   }
-  std::array<char, 32> share{};
-  const double percent = 100 * light.at_most;
-  std::snprintf(share.data(), share.size(), percent >= 10 ? "%.0f" : "%.2g", percent);
-  return "Up to " + std::string(share.data()) + "% of the light may be missing.";
+  return "Up to " + share_words(light.at_most) + " of the light may be missing.";
 }
 
 }  // namespace api

@@ -408,7 +408,8 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
                facts.samples_per_pixel, duration_text(facts.elapsed_seconds).c_str(),
                interval_text(facts).c_str(), rate_text(facts.rays_per_second).c_str());
   if (*aside > 0) {
-    std::fprintf(stderr, "fireflies: %.2g%% of the light was set aside\n", 100 * *aside);
+    std::fprintf(stderr, "fireflies: %s of the light was set aside\n",
+                 api::share_words(*aside).c_str());
   }
   if (progress.light_not_found) {
     std::fprintf(stderr, "light: %s\n", api::light_words(*progress.light_not_found).c_str());

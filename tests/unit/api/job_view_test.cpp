@@ -103,6 +103,16 @@ TEST(JobView, ShowsTheReasonOfAPause) {
 }
 
 // The halves of a biased image do not show its error; comparison with unbiased images does.
+TEST(JobView, SharesOfTheLightHaveNoExponent) {
+  EXPECT_EQ(api::share_words(1), "100%");
+  EXPECT_EQ(api::share_words(0.996), "100%");
+  EXPECT_EQ(api::share_words(0.125), "12%");
+  EXPECT_EQ(api::share_words(0.0996), "10%");
+  EXPECT_EQ(api::share_words(0.00213), "0.21%");
+  EXPECT_EQ(api::share_words(2e-6), "0.0002%");
+  EXPECT_EQ(api::share_words(1e-9), "less than 0.0001%");
+}
+
 TEST(JobView, InvalidErrorHasNoInterval) {
   for (const bool valid : {true, false}) {
     api::JobView job = api::example_job();

@@ -14,6 +14,8 @@ namespace core {
 namespace {
 
 constexpr float kDegree = kPi / 180;
+/// Width over depth of a model, below which it is a tenth of a pixel wide in an image of 1000.
+constexpr float kFlat = 1e-4F;
 
 }  // namespace
 
@@ -84,7 +86,10 @@ Status Camera::place(const CameraSettings& settings, const CameraDescription* fi
     const Vec2 half =
         half_view(settings, static_cast<int>(width_px_), static_cast<int>(height_px_));
     const float distance = fitting_distance_m(bounds.radius_or(1), half);
-    eye_ = center + normalize(Vec3{0, 0.25F, 1}) * distance;
+    // From the front; a model that is flat and seen edge-on from there, from its right.
+    const Vec3 size = bounds.empty() ? Vec3{} : bounds.diagonal();
+    const bool is_edge_on = size.z > 0 && !(size.x > kFlat * size.z);
+    eye_ = center + normalize(is_edge_on ? Vec3{1, 0.25F, 0} : Vec3{0, 0.25F, 1}) * distance;
     forward_ = center - eye_;
   }
   forward_ = normalize(forward_);

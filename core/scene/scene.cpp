@@ -90,6 +90,9 @@ Result<std::shared_ptr<const Scene>> Scene::build(SceneDescription description, 
   summary.animations = std::move(description.animations);
   summary.extensions = std::move(description.extensions);
   summary.warnings = std::move(description.warnings);
+  if (summary.extremes.empty()) {
+    summary.warnings.emplace_back("empty", "", "The scene has no triangle that is drawn.");
+  }
   if (const double met = boxes_met(*scene->data_); met > kBoxesMetMost) {
     summary.warnings.emplace_back("crowded", "", crowding_warning(met));
   }

@@ -410,6 +410,20 @@ TEST(Camera, FramesASceneWithoutACamera) {
   }
 }
 
+// From the front, it would be a line that no pixel shows.
+TEST(Camera, SeesAModelThatIsFlatInXFromItsRight) {
+  for (const float width : {0.0F, 1e-5F, 0.1F}) {
+    Bounds box;
+    box.add(Vec3{-width, -1, -1});
+    box.add(Vec3{width, 1, 1});
+    const auto camera = Camera::create({}, {}, box, 100, 100);
+    ASSERT_TRUE(camera);
+    const bool is_flat = width < 0.01F;
+    expect_direction(camera->forward(),
+                     -normalize(is_flat ? Vec3{1, 0.25F, 0} : Vec3{0, 0.25F, 1}));
+  }
+}
+
 TEST(ViewFaults, AreAllReported) {
   const auto wheres = [](const CameraSettings& s) {
     std::vector<std::string> out;

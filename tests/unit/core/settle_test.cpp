@@ -106,4 +106,16 @@ TEST(Crowding, IsAWarningOfTheScene) {
   EXPECT_FALSE(warns(grids(24, 1)));  // As many quads, next to each other.
 }
 
+TEST(EmptyScene, IsAWarningOfTheScene) {
+  core::SceneDescription scene = grids(1, 1);
+  core::SceneDescription empty = scene;
+  empty.instances.clear();
+  const auto filled = core::Scene::build(std::move(scene), 1);
+  const auto built = core::Scene::build(std::move(empty), 1);
+  ASSERT_TRUE(filled && built);
+  EXPECT_TRUE((*filled)->summary().warnings.empty());
+  ASSERT_EQ((*built)->summary().warnings.size(), 1U);
+  EXPECT_EQ((*built)->summary().warnings[0].code, "empty");
+}
+
 }  // namespace

@@ -53,10 +53,12 @@ export function framed(bounds: Scene['bounds'], aspect: number, fovDegrees = sta
   const vertical = (fovDegrees * Math.PI) / 180;
   const horizontal = 2 * Math.atan(Math.tan(vertical / 2) * aspect);
   const distance = radius / Math.sin(Math.min(vertical, horizontal) / 2);
+  // A model that is flat and seen edge-on from the front is seen from its right.
+  const isEdgeOn = high[2] > low[2] && high[0] - low[0] <= 1e-4 * (high[2] - low[2]);
   return {
     target: centre,
     distance,
-    azimuth: 0,
+    azimuth: isEdgeOn ? Math.PI / 2 : 0,
     elevation: Math.atan2(0.25, 1),
     roll: 0,
     fovDegrees,

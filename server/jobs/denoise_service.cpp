@@ -259,9 +259,11 @@ core::Result<DenoiseService::Room> DenoiseService::take_room(const Job& job, con
 core::Result<FramesAround> DenoiseService::series_around(const Job& job) {
   auto around = frames_around(jobs_, batches_, job);
   if (around && !around->before && !around->after) {
+    const bool is_timed = job.record().view.spec.time_seconds.has_value();
     return Error{ErrorCode::kInvalidArgument,
-                 "video averages the frames of a batch, whose jobs differ by camera or time; this "
-                 "job has none beside it",
+                 "video averages the frames of a batch, whose jobs differ by camera or time; job " +
+                     job.id() + " has none beside it" +
+                     (is_timed ? "" : " whose time_seconds is null as well"),
                  "/denoise"};
   }
   return around;

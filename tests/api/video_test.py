@@ -61,6 +61,7 @@ class VideoTest(BatchTest):
         for job in (batch["jobs"][0], alone):
             problem = self.image(job, "video", 422).json()
             self.assertEqual([each["pointer"] for each in problem["errors"]], ["/denoise"])
+            self.assertIn(f"job {job['id']} has none beside it", problem["errors"][0]["detail"])
         # The other axis decides which are beside each other.
         both = {**VIEWS, "integrator.max_depth": [2, 3]}
         batch = self.finished(batch_body(both, template=template()))

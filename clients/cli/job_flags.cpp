@@ -181,6 +181,13 @@ core::Status put_stage(const JobFlags& flags, Json& request) {
   }
   if (flags.background) {
     const auto color = linear_color(*flags.background);
+    if (!color && flags.background->find_first_of("#0123456789") != std::string::npos) {
+      return Error{ErrorCode::kInvalidArgument,
+                   "--background: \"" + *flags.background +
+                       "\" is neither an sRGB colour as six hexadecimal digits, such as ff8000, "
+                       "nor environment, transparent or blurred",
+                   ""};
+    }
     request["background"] =
         color ? Json{{"type", "color"}, {"color", *color}} : Json{{"type", *flags.background}};
   }

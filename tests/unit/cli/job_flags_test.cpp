@@ -172,6 +172,22 @@ TEST(MakeRequest, FlagsOverrideTheJobFileAndKeepTheRest) {
                  R"("camera":{"name":"right"}})");
 }
 
+TEST(MakeRequest, NamesTheFormOfABackgroundColor) {
+  const auto made = [](const char* background) {
+    cli::JobFlags flags;
+    flags.scene = "glass";
+    flags.background = background;
+    return cli::make_request(flags);
+  };
+  EXPECT_TRUE(made("ff8000"));
+  EXPECT_TRUE(made("transparent"));
+  for (const char* wrong : {"ff00zz", "#ff8000", "f80"}) {
+    const auto refused = made(wrong);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().message.find("six hexadecimal digits"), std::string::npos);
+  }
+}
+
 TEST(MakeRequest, RequiresAScene) { EXPECT_FALSE(cli::make_request(cli::JobFlags())); }
 
 TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {

@@ -38,7 +38,7 @@ class Builder {
 
   Status run(int threads, std::string_view isa, const std::stop_token& stop) {
     to_.origin = from_.origin;
-    to_.light_groups = {"environment"};
+    to_.light_groups = {kEnvironmentGroupName};
     if (Status s = add_materials(); !s) {
       return s;
     }

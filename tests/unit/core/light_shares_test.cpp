@@ -159,6 +159,17 @@ TEST(LightShares, LightGroupsAddUpToTheImage) {
   }
 }
 
+TEST(LightShares, LightsCalledEnvironmentAreApartFromTheEnvironment) {
+  core::SceneDescription scene;
+  scene.lights.resize(2);
+  scene.lights[0].name = "environment";
+  scene.lights[1].group = "environment";
+  const auto built = core::Scene::build(std::move(scene), 1);
+  ASSERT_TRUE(built);
+  EXPECT_EQ((*built)->summary().light_groups,
+            (std::vector<std::string>{"environment", "environment lights"}));
+}
+
 TEST(LightShares, LightGroupEqualsTheImageWithoutTheOtherLights) {
   core::View view = lamps();
   record(view, {"light:environment"});

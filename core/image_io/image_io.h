@@ -70,7 +70,8 @@ struct EncodeOptions {
 
 /// Encodes an image. Colour channels of EXR (R G B A, and those of the layers "beauty" and
 /// "albedo") are half floats; others are float, and all are float if a finite colour is outside of
-/// the range of half floats, +-65504, if is_color is false or if whole_channels are among them.
+/// the range of half floats, +-65504, if all colours of a layer are below 2^-14, where half floats
+/// have fewer bits, if is_color is false or if whole_channels are among them.
 /// With parts this is decided per part; the first has the metadata, and parts of mattes their own.
 /// Display formats take 1, 3 or 4 channels (R, G, B[, A] with alpha associated in `image`; written
 /// unassociated in PNG, WebP and AVIF, associated in EXR). EXR takes any channels. NaN is written

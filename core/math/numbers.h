@@ -13,6 +13,8 @@ inline constexpr float kTwoPi = 6.28318530717959F;
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;
 /// The largest float16 (IEEE 754).
 inline constexpr float kHalfMax = 65504;
+/// Half floats have 11 bits from here on, and fewer below: IEEE 754 binary16.
+inline constexpr float kHalfNormalMin = 0x1p-14F;
 /// A double holds all whole numbers up to this one.
 inline constexpr double kExactIntegers = 0x1p53;
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
+#include <map>
 #include <memory>
 #include <new>
 #include <optional>
@@ -224,19 +225,35 @@ OIIO::TypeDesc given_type(const LinearPart& part) {
 /// Otherwise OpenImageIO writes the current time into EXR and TIFF, and equal images differ.
 void pin_date(OIIO::ImageSpec& spec) { spec.attribute("DateTime", "1970:01:01 00:00:00"); }
 
-/// Returns whether a channel that half precision would suffice for has a value beyond its range.
-bool exceeds_half(const ImageRows& image, std::size_t first, const std::vector<bool>& half) {
+/// Returns whether half floats hold the colours of all layers: none is beyond their range, nor is
+/// the greatest of a layer so small that they have fewer bits for it.
+bool suits_half(const ImageRows& image, std::size_t first, const std::vector<bool>& half) {
+  std::vector<float> most(half.size());
   for (int y = 0; y < image.height; ++y) {
     const float* in = image.row(y) + first;
     for (int x = 0; x < image.width; ++x, in += image.channels()) {
       for (std::size_t c = 0; c < half.size(); ++c) {
-        if (half[c] && std::isfinite(in[c]) && std::fabs(in[c]) > kHalfMax) {
-          return true;
+        if (half[c] && std::isfinite(in[c])) {
+          most[c] = std::max(most[c], std::fabs(in[c]));
         }
       }
     }
   }
-  return false;
+  std::map<std::string_view, float> layers;
+  for (std::size_t c = 0; c < half.size(); ++c) {
+    const std::string_view name = image.channel_names[first + c];
+    const std::size_t layer = name.rfind('.') + 1;  // the length of its prefix
+    if (most[c] > kHalfMax) {
+      return false;
+    }
+    if (name.substr(layer) != "A") {
+      float& of_layer = layers[name.substr(0, layer)];
+      of_layer = std::max(of_layer, most[c]);
+    }
+  }
+  return std::none_of(layers.begin(), layers.end(), [](const auto& layer) {
+    return layer.second > 0 && layer.second < kHalfNormalMin;
+  });
 }
 
 /// layer: the prefix of channel names, which is removed together with the dot after it.
@@ -256,7 +273,7 @@ LinearPart exr_part(const ImageRows& image, std::size_t first, std::size_t count
     part.half.push_back(options.is_color && !part.has_whole && is_half_channel(name(c)));
   }
   if (std::find(part.half.begin(), part.half.end(), true) != part.half.end() &&
-      exceeds_half(image, first, part.half)) {
+      !suits_half(image, first, part.half)) {
     part.half.assign(count, false);
   }
   for (std::size_t c = 0; c < count; ++c) {

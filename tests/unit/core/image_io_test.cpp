@@ -409,6 +409,18 @@ TEST(ImageWrite, ExrStoresColorBeyondHalfAsFloat) {
   EXPECT_NE(float_at(seen(infinity), 0), third);
 }
 
+TEST(ImageWrite, ExrStoresColorTooDarkForHalfAsFloat) {
+  const float dark = 1e-8F / 3;
+  const auto seen = [&](std::vector<std::string> names, std::vector<float> values) {
+    const auto width = static_cast<int>(values.size() / names.size());
+    return decoded(encoded({width, 1, std::move(names), std::move(values)}, "exr"));
+  };
+  EXPECT_EQ(float_at(seen({"R", "G", "B", "A"}, {dark, 0, 0, 1}), 0), dark);
+  EXPECT_EQ(float_at(seen({"R", "G", "B"}, {dark, 6e-5F, 0}), 0), dark);
+  EXPECT_NE(float_at(seen({"R", "G", "B"}, {dark, 6.2e-5F, 0}), 0), dark);  // half floats
+  EXPECT_NE(float_at(seen({"R", "G", "B"}, {1.0F / 3, 0, 0, dark, 0, 0}), 0), 1.0F / 3);
+}
+
 TEST(ImageWrite, ExrKeepsAllBitsOfDepth) {
   const core::Image image = decoded(encoded({1, 1, {"depth.Z"}, {1.00000012F}}, "exr"));
   EXPECT_EQ(float_at(image, 0), 1.00000012F);

@@ -30,6 +30,7 @@
 #include "core/denoise/make_denoiser.h"
 #include "core/film/meter_reading.h"
 #include "core/film/set_aside.h"
+#include "core/film/splats.h"
 #include "core/image_io/image_io.h"
 #include "core/integrators/registry.h"
 #include "core/layers/exposure.h"
@@ -364,6 +365,19 @@ Json result_json(const core::RenderTask& task, const LocalJob& job, const std::s
       {"warning_details", details}};
 }
 
+std::vector<std::string> warnings_of_image(const core::Progress& progress,
+                                           const core::Brightness& brightness,
+                                           const JobFlags& flags) {
+  std::vector<std::string> warnings;
+  if (progress.rejected_samples > 0) {
+    warnings.push_back(core::rejected_warning(progress.rejected_samples));
+  }
+  if (brightness.is_clipped() && flags.exposure.empty()) {
+    warnings.push_back(core::clipped_warning(brightness, "--exposure "));
+  }
+  return warnings;
+}
+
 int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   core::NullSink sink;
   const core::RenderSettings& settings = job.spec.render;
@@ -390,9 +404,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   const core::Brightness brightness = core::brightness_of(task.film(), settings.film);
   const double exposure = exposure_of(job.spec, brightness, flags);
   std::vector<std::string> warnings = job.warnings;
-  if (brightness.is_clipped() && flags.exposure.empty()) {
-    warnings.push_back(core::clipped_warning(brightness, "--exposure "));
-    std::fprintf(stderr, "warning: %s\n", warnings.back().c_str());
+  for (std::string& warning : warnings_of_image(progress, brightness, flags)) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    warnings.push_back(std::move(warning));
   }
   const auto aside = write_picture(task, job, flags, brightness, denoised);
   if (!aside) {

@@ -18,6 +18,12 @@ void LightBatch::add(int replicate, const Splat& splat) {
   splats[static_cast<std::size_t>(replicate)].push_back(splat);
 }
 
+std::string rejected_warning(std::uint64_t rejected) {
+  return std::to_string(rejected) + std::string(kRejectedWords) +
+         ", so the image lacks their light: they are not finite, or light paths bring 2^34 or more "
+         "to a pixel; make all lights weaker, or choose an integrator without light paths";
+}
+
 void add_splat(SplatPixel& pixel, Rgb value) {
   const auto units = [](float v) {
     return static_cast<SplatSum>(std::nearbyint(static_cast<double>(v) / double{kSplatUnit}));

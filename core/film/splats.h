@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/color/rgb.h"
@@ -50,6 +51,11 @@ struct LightBatch {
   /// Adds a splat. Rejects and counts values that are non-finite or not below kSplatMax.
   void add(int replicate, const Splat& splat);
 };
+
+/// How the warning of rejected_warning() begins after its number.
+inline constexpr std::string_view kRejectedWords = " samples count as zero";
+/// Returns the warning of a film with rejected samples. Pre: rejected > 0.
+std::string rejected_warning(std::uint64_t rejected);
 
 void add_splat(SplatPixel& pixel, Rgb value);
 /// Adds sum / paths_per_pixel to the mean of a pixel that has samples.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "api/json/errors.h"
+#include "core/film/splats.h"
 #include "core/layers/exposure.h"
 #include "core/render/task/render_task.h"
 #include "server/observe/clock.h"
@@ -224,8 +225,12 @@ void LifeCycle::finish(const JobPointer& job, const std::shared_ptr<RenderRun>& 
         note_samples_by_error(record.view);
         record.view.film_digest = digest;
         std::erase_if(record.view.warnings, [](const std::string& warning) {
-          return warning.find(core::kClippedWords) != std::string::npos;  // before an extension
+          return warning.find(core::kClippedWords) != std::string::npos ||
+                 warning.find(core::kRejectedWords) != std::string::npos;  // before an extension
         });
+        if (const std::uint64_t rejected = record.view.progress.rejected_samples; rejected > 0) {
+          record.view.warnings.push_back(core::rejected_warning(rejected));
+        }
         if (brightness.is_clipped()) {
           record.view.warnings.push_back(core::clipped_warning(brightness, "exposure="));
         }

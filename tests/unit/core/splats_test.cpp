@@ -94,6 +94,7 @@ TEST(Splats, RejectsAndCountsNonFiniteAndTooLargeValues) {
   Film film = splat_film();
   film.commit(0, film.tile(0), light);
   EXPECT_EQ(film.rejected_samples(), 4U);
+  EXPECT_TRUE(core::rejected_warning(4).starts_with("4 samples count as zero, "));
 }
 
 // 80 x 40 pixels in units of 32 x 32: unit 2 has 16 x 32 of them. 4 samples of it are 2 paths for

@@ -27,8 +27,8 @@ bool has_other_layers(SurfaceLayers layers) {
 /// is_solid: the material is on the boundary of a solid.
 bool is_unsupported(const Material& m, bool is_solid) {
   const bool is_for_walls = m.is_clear || m.factors.diffuse_transmission > 0;
-  return has_other_layers(m.factors) || (m.factors.iridescence > 0 && m.transmits) ||
-         m.factors.unlit || (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
+  return has_other_layers(m.factors) || m.factors.unlit ||
+         (m.is_volume && (is_for_walls || (m.transmits && !is_solid)));
 }
 
 /// Returns SceneData::coverage() if it is known to be the same everywhere, else -1. varies: a

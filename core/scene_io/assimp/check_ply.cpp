@@ -160,11 +160,10 @@ class Values {
       return std::nullopt;
     }
     std::array<char, 8> bytes{};
-    std::copy_n(rest_.data(), type.bytes, bytes.data());
-    rest_.remove_prefix(type.bytes);
-    if (is_swapped_) {
-      std::reverse(bytes.data(), bytes.data() + type.bytes);
+    for (std::size_t i = 0; i < bytes.size() && i < type.bytes; ++i) {
+      bytes[i] = rest_[is_swapped_ ? type.bytes - 1 - i : i];
     }
+    rest_.remove_prefix(type.bytes);
     switch (type.kind) {
       case Kind::kFloat:
         return type.bytes == 4 ? as<float>(bytes) : as<double>(bytes);

@@ -129,6 +129,11 @@ inline constexpr std::array kKinds = {
     Kind{"unlit", [](core::MaterialDescription& m, Draw&) { m.unlit = true; }},
 };
 
+inline void add_film_sometimes(core::MaterialDescription& m, Draw& draw) {
+  m.iridescence = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
+  m.iridescence_thickness_max_nm = draw.between(100, 800);
+}
+
 inline constexpr std::array kGlass = {
     Kind{"tinted glass",
          [](core::MaterialDescription& m, Draw& draw) {
@@ -150,6 +155,7 @@ inline constexpr std::array kGlass = {
            m.clearcoat = draw.often(0.3F) ? draw.between(0.3F, 1) : 0.0F;
            m.sheen_color = draw.often(0.2F) ? draw.color() : core::Rgb{};
            m.sheen_roughness = 0.5F;
+           add_film_sometimes(m, draw);
          }},
 };
 
@@ -168,6 +174,7 @@ inline constexpr std::array kWalls = {
            m.sheen_roughness = 0.5F;
            m.diffuse_transmission = draw.often(0.2F) ? 0.5F : 0.0F;
            m.anisotropy = draw.often(0.2F) ? 0.7F : 0.0F;
+           add_film_sometimes(m, draw);
          }},
     Kind{"leaf",
          [](core::MaterialDescription& m, Draw& draw) {

@@ -364,13 +364,25 @@ core::MaterialDescription cloth() {
   return m;
 }
 
-TEST(Waves, HandOverPathsThatHitFilms) {
-  core::MaterialDescription glass = glossy({1, 1, 1}, 0, 0);
-  glass.transmission = 1;
-  glass.iridescence = 1;
-  core::MaterialDescription solid = glass;
+TEST(Waves, AgreeWithScalarPathsOnFilmsOfGlass) {
+  core::MaterialDescription wall = glossy({1, 1, 1}, 0, 0);
+  wall.transmission = 1;
+  wall.iridescence = 1;
+  core::MaterialDescription solid = wall;
   solid.thickness = 1;
-  EXPECT_LT(differing(balls({glass, solid, coated()})), 0.02);
+  const auto both = balls({wall, solid, coated()});
+  EXPECT_LT(differing(both), 0.02);
+  // The planted fault: a thicker film.
+  solid.iridescence_thickness_max_nm *= 1.2F;
+  EXPECT_GT(differing(balls({wall, solid, coated()}), 8, both), 0.05);
+}
+
+TEST(Waves, HandOverPathsThatHitDispersion) {
+  core::MaterialDescription solid = glossy({1, 1, 1}, 0, 0);
+  solid.transmission = 1;
+  solid.thickness = 1;
+  solid.dispersion = 5;
+  EXPECT_LT(differing(balls({solid, coated()})), 0.02);
 }
 
 TEST(Waves, AgreeWithScalarPathsOnCoatsAndSheen) {
@@ -386,11 +398,11 @@ TEST(Waves, AgreeWithScalarPathsOnCoatsAndSheen) {
   EXPECT_GT(differing(balls({coated(), cloth(), both}), 8, all), 0.05);
 }
 
-TEST(Waves, TakePathsBackAfterFilmsThatSplitThere) {
+TEST(Waves, TakePathsBackAfterDispersionThatSplitsThere) {
   core::MaterialDescription solid = glossy({1, 1, 1}, 0, 0);
   solid.transmission = 1;
   solid.thickness = 1;
-  solid.iridescence = 1;
+  solid.dispersion = 5;
   EXPECT_LT(differing(split(balls({solid, glossy({0.9F, 0.6F, 0.3F}, 1, 0.3F)}), 4)), 0.02);
 }
 

@@ -228,10 +228,6 @@ Ray ray_of(const RayPacket& rays, unsigned k) {
           .time = rays.time[k]};
 }
 
-}  // namespace
-
-namespace {
-
 Error no_memory() {
   return {ErrorCode::kTooLarge, "not enough memory for the acceleration structure", ""};
 }

@@ -4,7 +4,7 @@
 /// directions before any of them continues; terminated paths are removed and the arrays compacted.
 /// A path uses the same random numbers as in PathTracer, and its result is a function of them
 /// alone, equal to the scalar result up to rounding: it does not depend on the other paths of the
-/// wave. At surfaces that lanes do not support (films of glass, nested solids) a path is
+/// wave. At surfaces that lanes do not support (unlit ones, nested solids) a path is
 /// handed to PathTracer, which returns it after them. On a catcher the light that the model blocks
 /// is summed beside the light that it bounces, and both are combined at the end. Source of the
 /// order of work: Laine, Karras and Aila, Megakernels Considered Harmful, 2013; Lee et al.,

@@ -56,6 +56,11 @@ def thin_wall(document):
         material["extensions"].pop("KHR_materials_volume")
 
 
+def soap(document):
+    glass(document)
+    extension("KHR_materials_iridescence", iridescenceFactor=1)(document)
+
+
 def lamps(document):
     """Thirty-two point lights around the model."""
     lights = [{"type": "point", "intensity": 0.1}] * 32
@@ -71,6 +76,7 @@ def lamps(document):
 LAYERS = ["beauty", "bounce:0", "bounce:1", "bounce:2-"]
 FEATURES = {
     PLAIN: (MAP, {}, None),
+    "direct": (MAP, {"integrator": {"type": "direct"}}, None),
     "depth of field": (MAP + ["--aperture", "0.01"], {}, None),
     "orthographic": (MAP, {"camera": {"type": "orthographic", "orthographic_height": 0.4}}, None),
     "panorama": (MAP, {"camera": {"type": "panorama", "position": [0.3, 0.1, 0.3],
@@ -95,6 +101,7 @@ FEATURES = {
                                  sheenRoughnessFactor=0.5)),
     "iridescence": (MAP, {}, extension("KHR_materials_iridescence", iridescenceFactor=1)),
     "glass": (MAP, {}, glass),
+    "glass with a film": (MAP, {}, soap),
     "thin wall": (MAP, {}, thin_wall),
     "leaf": (MAP, {}, extension("KHR_materials_diffuse_transmission",
                                 diffuseTransmissionFactor=0.5)),

@@ -245,7 +245,7 @@ class Contest:
                for name, theirs in all_efficiencies.items()}
         for name, (trimmed, whole) in out.items():
             bright = brightness[name] / brightness["tessera"]
-            print(f"{self.case.name:45}{name:20}Tessera/peer {trimmed:7.2f}   with all pixels "
+            print(f"{self.case.name:54} {name:20}Tessera/peer {trimmed:7.2f}   with all pixels "
                   f"{whole:7.2f}   bright {bright:.3f}", flush=True)
         return out
 

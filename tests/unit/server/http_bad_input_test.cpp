@@ -1,3 +1,6 @@
+#include <new>
+#include <stdexcept>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/server/http_test_server.h"
@@ -98,20 +101,29 @@ TEST(HttpSmuggling, UnansweredExpectationClosesTheConnection) {
   EXPECT_EQ(answer.header("Connection"), "close");
 }
 
-TEST(HttpSmuggling, HandlerThatThrowsDuringABodyClosesTheConnection) {
+/// Returns the status of a request whose handler throws while it reads the body; the connection
+/// must then be closed.
+template <typename Exception>
+int status_after(const Exception& thrown) {
   TestServer server({{.method = "POST",
                       .pattern = "/break",
-                      .handler = [](Request& request) -> Response {
+                      .handler = [&thrown](Request& request) -> Response {
                         request.body_reader->read(
-                            [](std::string_view) -> bool { throw std::bad_alloc(); });
+                            [&thrown](std::string_view) -> bool { throw thrown; });
                         return empty_response();
                       },
                       .body = BodyPolicy::stream(1U << 30U)}});
   Client client(server);
   client.send("POST /break HTTP/1.1\r\nHost: a\r\nContent-Length: 1000000\r\n\r\n");
   client.send(kHidden);
-  EXPECT_EQ(client.receive().status, 500);
+  const int status = client.receive().status;
   EXPECT_TRUE(client.is_closed_within(milliseconds(2500)));
+  return status;
+}
+
+TEST(HttpSmuggling, HandlerThatThrowsDuringABodyClosesTheConnection) {
+  EXPECT_EQ(status_after(std::runtime_error("broken")), 500);
+  EXPECT_EQ(status_after(std::bad_alloc()), 503);
 }
 
 TEST(HttpLimitsTest, SlowHeadersGive408) {

@@ -240,7 +240,7 @@ class BsdfOf {
   M has_top_;
 
  private:
-  /// What the parts of a surface share.
+  /// Weights and albedos that the parts of a surface share.
   struct Base {
     F dielectric;
     F lambert;          ///< weight of the diffuse lobe

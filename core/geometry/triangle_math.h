@@ -137,8 +137,8 @@ template <typename F>
   }
 }
 
-/// Finds what a displacement d on a triangle is in its edges: dot(d, to_edge1) edges from vertex 0
-/// to 1 plus dot(d, to_edge2) edges from 0 to 2. Zero on triangles without area.
+/// Finds the axes that express a displacement d on a triangle in its edges: dot(d, to_edge1) edges
+/// from vertex 0 to 1 plus dot(d, to_edge2) edges from 0 to 2. Zero on triangles without area.
 template <typename F>
 [[gnu::always_inline]] inline void find_edge_ways(const FaceOf<F>& face, Vec3Of<F>& to_edge1,
                                                   Vec3Of<F>& to_edge2) noexcept {

@@ -175,7 +175,7 @@ Result<OpenedGltf> open_gltf(std::span<const std::byte> file, const ResolveUri& 
   return opened;
 }
 
-/// Returns whether what is drawn may differ between the times of an animation.
+/// Returns whether drawn meshes may differ between the times of an animation.
 bool moves_meshes(const tinygltf::Model& model, const AnimatedMoment& animated,
                   const std::vector<int>& nodes) {
   std::vector<bool> moves(model.nodes.size());

@@ -317,10 +317,10 @@ bool points_back(const PrimitiveDescription& p, std::size_t first) {
          std::all_of(v, v + 3, [&](std::uint32_t i) { return dot(p.normals[i], front) < 0; });
 }
 
-/// Whether triangles surround a volume and face away from it: what is wrong there are the normals;
-/// of others the winding, which exports of mirrored meshes forget. triangles: their first indices.
+/// Whether triangles surround a volume and face away from it: there the normals are wrong, and of
+/// others the winding, which exports of mirrored meshes forget. triangles: their first indices.
 bool face_outwards(const PrimitiveDescription& p, const std::vector<std::size_t>& triangles) {
-  constexpr double kOpenMost = 0.05;  // of the area: a vessel with a neck
+  constexpr double kOpenMost = 0.05;  // of the area, as of a vessel with a neck; a judgement
   std::array<double, 3> sum = {};     // 0 of closed surfaces
   double area = 0;
   double volume = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/description/scene_description.h"
+#include "core/image_io/radiance.h"
 
 namespace core {
 namespace {
@@ -112,7 +113,8 @@ constexpr M texture(std::string_view name, TextureDescription D::*value) {
 }
 
 constexpr double kBig = 3.4e38;
-constexpr double kBright = 1e18;  // as kRadianceMost
+constexpr double kBright = 1e18;
+static_assert(static_cast<float>(kBright) == kRadianceMost);
 constexpr std::string_view kComponentTypes = "5120|5121|5122|5123|5125|5126";
 
 constexpr std::array kRoot = {object("asset", "asset", kRequired),

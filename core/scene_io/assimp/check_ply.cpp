@@ -60,7 +60,7 @@ struct Header {
   std::size_t lines = 0;
 };
 
-/// Returns empty for what is not understood, which libassimp refuses.
+/// Returns empty for headers that are not understood, which libassimp refuses.
 std::optional<Header> header_of(std::string_view text) {
   Header out;
   Lines lines(text);

@@ -1,4 +1,4 @@
-/// Whether a PLY holds what its header says.
+/// Checks that a PLY has the elements of its header.
 #pragma once
 
 #include <string>

@@ -20,7 +20,7 @@ std::string small_letters(std::string_view text) {
   return out;
 }
 
-/// Whether a word is what programs write for a number that is none.
+/// Whether a word is NaN or infinite, as programs write them.
 bool is_not_finite(std::string_view word) {
   word.remove_prefix(!word.empty() && (word.front() == '-' || word.front() == '+') ? 1 : 0);
   const std::string begin = small_letters(word.substr(0, 3));

@@ -1,4 +1,4 @@
-/// Rewrites OBJ and text STL so that libassimp reads what other programs read in them.
+/// Rewrites OBJ and text STL so that libassimp reads them as other programs do.
 #pragma once
 
 #include <string>

@@ -25,7 +25,7 @@ class Archive {
   std::string_view name() const {
     return zip_.substr(std::min(at_ + 46, zip_.size()), number(at_ + 28, 2));
   }
-  /// Returns at most `bytes_max` of the content; what is damaged ends it.
+  /// Returns at most `bytes_max` of the content, up to the first damage.
   std::string content(std::size_t bytes_max) const {
     const std::size_t local = number(at_ + 42, 4);
     const std::size_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
@@ -73,7 +73,7 @@ bool is_finite_number(std::string_view word) {
   return end == text.c_str() + text.size() && std::isfinite(value);
 }
 
-/// Returns the value of the attribute after whose name the text begins; npos: there is none.
+/// Returns the value of the attribute after whose name the text begins; empty: there is none.
 std::string_view value_of(std::string_view text) {
   text = trimmed(text);
   if (!text.starts_with('=')) {

@@ -1,4 +1,4 @@
-/// What libassimp does not read in a 3MF: its unit; and what it reads without a check.
+/// Parts of a 3MF that libassimp does not read (the unit) or does not check (transforms).
 #pragma once
 
 #include <optional>

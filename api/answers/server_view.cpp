@@ -144,7 +144,7 @@ Json difference(const Json& own, const Json& usual) {
 /// Returns the defaults of an integrator's jobs that differ from those of other jobs.
 Json own_defaults_json(std::string_view integrator) {
   JobSpec spec;
-  spec.render = core::default_settings(integrator);
+  spec.render = core::default_settings(integrator, core::kJobTerms);
   Json own = to_json(spec);
   own["integrator"]["type"] = core::RenderSettings{}.integrator;
   return difference(own, to_json(JobSpec{}));

@@ -388,9 +388,13 @@ void take_named(const Json& request, const char* pointer, std::span<const core::
 core::RenderSettings defaults_of(const Json& request) {
   const std::string type = text_at(request, "/integrator/type");
   const Json::json_pointer target("/stop/relative_error");
-  core::DefaultTerms terms;
+  core::DefaultTerms terms = core::kJobTerms;
   terms.has_error_target = request.contains(target) && !request.at(target).is_null();
   take_named(request, "/integrator/caustics", core::caustics_types(), terms.caustics);
+  if (text_at(request, "/class") == "preview") {
+    terms.light_sampler =
+        core::DefaultTerms().light_sampler;  // Pilots would keep the user waiting.
+  }
   take_named(request, "/light_sampler/type", core::light_samplers(), terms.light_sampler);
   return core::default_settings(type.empty() ? core::RenderSettings().integrator : type, terms);
 }

@@ -67,7 +67,8 @@ struct JobSpec {
   std::optional<Webhook> webhook;
   std::optional<double> retention_seconds;  ///< from the job's end to its deletion; empty: kept
   bool has_image = true;  ///< false: render.film is a single pixel, and only the meter counts
-  core::RenderSettings render = core::default_settings(core::RenderSettings{}.integrator);
+  core::RenderSettings render =
+      core::default_settings(core::RenderSettings{}.integrator, core::kJobTerms);
   core::StopRules stop = {.samples_per_pixel = 256,
                           .relative_error = {},
                           .confidence = 0.95,

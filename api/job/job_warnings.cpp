@@ -47,7 +47,8 @@ std::vector<std::string> idle_warnings(const JobSpec& spec) {
   const core::EstimatorSettings& estimator = render.estimator;
   if (estimator.strategy != core::Strategy::kMis && estimator.strategy != core::Strategy::kLight) {
     const std::string strategy = quoted_name(core::strategies(), estimator.strategy);
-    if (render.light_sampler != core::RenderSettings{}.light_sampler) {
+    if (render.light_sampler !=
+        core::default_settings(render.integrator, core::kJobTerms).light_sampler) {
       warnings.push_back(
           "light_sampler: " + quoted_name(core::light_samplers(), render.light_sampler) +
           " has no effect: strategy " + strategy +

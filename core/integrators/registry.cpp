@@ -198,7 +198,6 @@ std::vector<std::string_view> integrator_options() {
 RenderSettings default_settings(std::string_view integrator, const DefaultTerms& terms) {
   RenderSettings settings;
   settings.caustics = terms.caustics;
-  settings.light_sampler = terms.light_sampler;
   if (find_integrator(integrator) == nullptr) {
     return settings;
   }
@@ -206,6 +205,9 @@ RenderSettings default_settings(std::string_view integrator, const DefaultTerms&
   const IntegratorEntry* row = find_integrator(with_caustics(settings).integrator);
   if (row->set_defaults != nullptr) {
     row->set_defaults(settings);
+  }
+  if (row->accepts.has("/light_sampler")) {
+    settings.light_sampler = terms.light_sampler;
   }
   if (terms.has_error_target && row->accepts.has("/adaptive")) {
     settings.adaptive.type = AdaptiveType::kPilot;

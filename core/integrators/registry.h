@@ -86,9 +86,12 @@ struct DefaultTerms {
   /// film bit for bit.
   bool has_error_target = false;
   CausticsType caustics = CausticsType::kOff;  ///< if on, the defaults of with_caustics()
-  /// 'restir' gives each path one light sample, so that it does not split.
+  /// Used if the integrator can choose. 'restir' gives each path one light sample, so that it does
+  /// not split.
   LightSamplerType light_sampler = RenderSettings{}.light_sampler;
 };
+/// Of jobs that name only their integrator: pilots choose the light sampler.
+inline constexpr DefaultTerms kJobTerms = {.light_sampler = LightSamplerType::kMeasured};
 /// Returns the settings of a job that names only these. Unknown name: those of RenderSettings.
 RenderSettings default_settings(std::string_view integrator, const DefaultTerms& terms = {});
 

@@ -70,10 +70,9 @@ constexpr std::array kLightSamplers = {
         "correlated. Sample counts are rounded up to multiples of `history` times the replicates.",
         {"/light_sampler/block", "/light_sampler/history", "/light_sampler/candidates_per_pixel"}},
     NamedValue<LightSamplerType>{
-        "measured",
-        LightSamplerType::kMeasured,
-        "The more efficient of tree and ris, which small images of both tell beforehand.",
-        {"/light_sampler/candidates"}},
+        "measured", LightSamplerType::kMeasured,
+        "The more efficient of tree and ris, which small images of both tell beforehand; the job's "
+        "spec then names it."},
 };
 
 constexpr std::array kStrategies = {

@@ -253,15 +253,18 @@ core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::settled_renderer
   if (auto told = tell_of_scene(job, *view->scene); !told) {
     return told.error();
   }
+  const bool leaves_a_choice = core::leaves_a_choice(view->settings);
   auto settled = core::settle(*view, job.record().view.spec.stop, stop);
   if (!settled) {
     return settled.error();
   }
-  if (!settled->empty()) {
+  if (leaves_a_choice || !settled->empty()) {
     // Stored before the film exists, so that a restart does not choose again.
     const auto modify = [&](JobRecord& record) -> Verdict {
       core::adopt_settled(record.view.spec.render, view->settings);
-      record.view.warnings.push_back(*settled);
+      if (!settled->empty()) {
+        record.view.warnings.push_back(*settled);
+      }
       return {};
     };
     const Verdict noted =

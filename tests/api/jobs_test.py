@@ -95,7 +95,7 @@ class Submitting(ApiTest):
         self.assertEqual(spec["stop"], {"samples_per_pixel": 256})
         self.assertEqual(spec["integrator"], {"type": "path", "max_depth": 16})
         self.assertEqual(spec["sampler"], {"type": "sobol", "replicates": 2})
-        self.assertEqual(spec["light_sampler"], {"type": "tree"})
+        self.assertEqual(spec["light_sampler"], {"type": "measured"})
         self.assertEqual((spec["class"], spec["priority"], spec["seed"]), ("normal", 0, 0))
 
     def test_spec_of_a_job_can_be_submitted_again(self):

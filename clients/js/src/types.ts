@@ -362,7 +362,7 @@ export interface JobRequestSampler {
 
 /** How a light is selected. */
 export interface JobRequestLightSampler {
-  /** Method of selection. Default: "tree". */
+  /** Method of selection. Default: "measured". */
   type?: string;
   /** Candidate light samples, of which one is selected. Default: 2. */
   candidates?: number;

@@ -8,6 +8,7 @@
 #include "core/accel/accel.h"
 #include "core/film/camera_sample.h"
 #include "core/film/half_sums.h"
+#include "core/light_samplers/light_sampler.h"
 #include "core/math/numbers.h"
 
 namespace core {
@@ -113,11 +114,7 @@ std::optional<SplitCosts> measure_split(const Camera& camera, const Integrator& 
 
 std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_token& stop) {
   const SceneData& scene = input.scene;
-  const auto& punctual = scene.punctual_lights;
-  const bool has_local = !scene.triangle_lights.empty() ||
-                         std::any_of(punctual.begin(), punctual.end(), [](const PunctualLight& p) {
-                           return p.type != PunctualType::kDirectional;
-                         });
+  const bool has_local = LightSampler(scene, nullptr, LightPick::kTree).has_local();
   const bool has_media = input.settings.fog || (scene.has_scattering && scene.has_clear);
   if (input.settings.integrator != "path" || !has_local || !has_media) {
     return false;

@@ -53,15 +53,13 @@ Result<std::string> settle(View& view, const StopRules& rules, const std::stop_t
   if (!chosen) {
     return chosen;
   }
-  auto lights = settle_light_sampler(view, stop);
-  if (!lights) {
-    return lights;
+  if (const Status lights = settle_light_sampler(view, stop); !lights) {
+    return lights.error();
   }
-  const Status measured = measure(view, stop);
-  if (!measured) {
+  if (const Status measured = measure(view, stop); !measured) {
     return measured.error();
   }
-  return *chosen + (chosen->empty() || lights->empty() ? "" : " ") + *lights;
+  return chosen;
 }
 
 void adopt_settled(RenderSettings& to, const RenderSettings& settled) {
@@ -70,6 +68,7 @@ void adopt_settled(RenderSettings& to, const RenderSettings& settled) {
   to.estimator = settled.estimator;
   to.adaptive = settled.adaptive;
   to.light_sampler = settled.light_sampler;
+  to.light_candidates = settled.light_candidates;
 }
 
 Result<std::shared_ptr<const Renderer>> settled_renderer(View view, const StopRules& rules,

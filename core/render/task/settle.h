@@ -14,8 +14,8 @@
 namespace core {
 
 /// Sets view.measured, and replaces `auto` by the integrator chosen, with its defaults, and light
-/// sampler `measured` by its choice. Returns a warning that names what was chosen; empty if the job
-/// names both. Errors: as Renderer::create(); kCancelled if a stop was requested.
+/// sampler `measured` by its choice. Returns a warning that names the integrator chosen; empty if
+/// the job names it. Errors: as Renderer::create(); kCancelled if a stop was requested.
 Result<std::string> settle(View& view, const StopRules& rules, const std::stop_token& stop = {});
 
 /// Copies to a job's settings what settle() replaces in those of its view.

@@ -35,13 +35,22 @@ TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
                   "roulette": {"type": "throughput"}, "splitting": {"type": "measured"},
                   "control_variate": {"type": "none"}, "expected_values": true},
     "sampler": {"type": "sobol", "replicates": 2},
-    "light_sampler": {"type": "tree"},
+    "light_sampler": {"type": "measured"},
     "adaptive": {"type": "none"},
     "units": "photometric",
     "spectral": false,
     "stop": {"samples_per_pixel": 256}
   })");
   EXPECT_EQ(api::spec_json(spec_of(R"({"scene":"cornell-box"})")), api::dump(expected));
+}
+
+// Pilots would keep the user of a preview waiting.
+TEST(JobSpec, PreviewsPickLightsByTheTree) {
+  const auto type = [](const std::string& members) {
+    return spec_of(R"({"scene":"x","class":"preview")" + members + "}").render.light_sampler;
+  };
+  EXPECT_EQ(type(""), core::LightSamplerType::kTree);
+  EXPECT_EQ(type(R"(,"light_sampler":{"type":"measured"})"), core::LightSamplerType::kMeasured);
 }
 
 TEST(JobSpec, GlassLetsATransparentBackgroundThroughWhereTheIntegratorCan) {

@@ -143,7 +143,7 @@ TEST(ServerView, DefaultsOfAnIntegratorAreThoseOfItsJobs) {
   }
 }
 
-TEST(ServerView, OnlyDirectLightAndWhatCannotSplitHaveDefaultsOfTheirOwn) {
+TEST(ServerView, OnlyDirectLightAndMissingOptionsHaveDefaultsOfTheirOwn) {
   const Json about = server();
   int looked_at = 0;
   for (const Json& row : about["integrators"]) {
@@ -160,6 +160,9 @@ TEST(ServerView, OnlyDirectLightAndWhatCannotSplitHaveDefaultsOfTheirOwn) {
     }
     if (std::find(accepts.begin(), accepts.end(), "/estimator/splitting") == accepts.end()) {
       expected["estimator"]["splitting"]["type"] = "none";
+    }
+    if (std::find(accepts.begin(), accepts.end(), "/light_sampler") == accepts.end()) {
+      expected["light_sampler"]["type"] = "tree";
     }
     EXPECT_EQ(row["defaults"], expected) << row["type"];
     ++looked_at;

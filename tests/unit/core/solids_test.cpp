@@ -1,6 +1,7 @@
 // Solids of a scene: which triangles bound them, their order, the points within, warnings.
 #include "core/scene/solids.h"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -303,6 +304,33 @@ TEST(ClosedSurface, SeamsAreClosedUpToRounding) {
       mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 6 * 3);
   mesh.indices.erase(middle, middle + 3);
   EXPECT_EQ(core::join_surfaces(meshes)[0].border_edges, 3U) << "a missing triangle is seen";
+}
+
+// Of a bowl of glass, an inner and an outer side that share the edge.
+TEST(ClosedSurface, TheVolumeOfJoinedMeshesIsThatBetweenThem) {
+  const auto side = [](bool inner) {
+    const core::PrimitiveDescription half = half_ball(false, 1, inner);
+    core::MeshData mesh;
+    mesh.positions = half.positions;
+    for (Vec3& p : mesh.positions) {
+      p.y *= inner ? 0.9F : 1;
+    }
+    // The first vertex of the inner side is on the edge, that of the outer one its deepest.
+    mesh.positions.insert(mesh.positions.begin(),
+                          inner ? Vec3{1, 0, 0} : half.positions[half.indices.front()]);
+    for (const std::uint32_t i : half.indices) {
+      mesh.indices.push_back(i + 1);
+    }
+    return mesh;
+  };
+  const core::MeshData outer = side(false);
+  const core::MeshData inner = side(true);
+  EXPECT_NEAR(std::fabs(outer.positions.front().y), 1, 1e-6F);
+  const core::MeshData* const meshes[] = {&outer, &inner};
+  const auto bowl = core::join_surfaces(meshes);
+  ASSERT_EQ(bowl.size(), 1U);
+  EXPECT_EQ(bowl[0].border_edges, 0U);
+  EXPECT_NEAR(bowl[0].volume_m3, 0.1 * 2.0944, 0.02) << "a tenth of a half of a ball";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "clients/cli/api_client.h"
@@ -55,6 +56,9 @@ core::Result<Json> read_request(const std::string& path) {
   const auto text = read_file(path);
   if (!text) {
     return text.error();
+  }
+  if (std::string fault = nesting_fault(*text); !fault.empty()) {
+    return Error{ErrorCode::kInvalidArgument, std::move(fault), path};
   }
   Json request = Json::parse(*text, nullptr, false);
   if (!request.is_object() || !request.contains("template")) {

@@ -7,6 +7,7 @@
 #include "api/json/limits.h"
 #include "clients/cli/command.h"
 #include "clients/cli/files.h"
+#include "clients/cli/job_json.h"
 #include "core/color/srgb.h"
 
 namespace cli {
@@ -56,6 +57,9 @@ core::Result<Json> read_job_file(const std::string& path) {
   auto text = read_file(path);
   if (!text) {
     return text.error();
+  }
+  if (std::string fault = nesting_fault(*text); !fault.empty()) {
+    return Error{ErrorCode::kInvalidArgument, std::move(fault), path};
   }
   try {
     Json request = Json::parse(*text);

@@ -1,10 +1,26 @@
 #include "clients/cli/job_json.h"
 
 #include <limits>
+#include <tuple>
 
+#include "api/json/limits.h"
 #include "clients/cli/cli.h"
 
 namespace cli {
+
+std::string nesting_fault(const std::string& text) {
+  bool is_too_deep = false;
+  const auto keep = [&is_too_deep](int depth, Json::parse_event_t event, const Json& /*value*/) {
+    const bool begins =
+        event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
+    is_too_deep = is_too_deep || (begins && depth >= api::limits::kJsonDepth);
+    return !is_too_deep;
+  };
+  std::ignore = Json::parse(text, keep, /*allow_exceptions=*/false);
+  return is_too_deep
+             ? "is nested deeper than " + std::to_string(api::limits::kJsonDepth) + " levels"
+             : "";
+}
 
 Json parse_object(const std::string& text) {
   Json json = Json::parse(text, nullptr, false);

@@ -1,4 +1,5 @@
-/// Reads the server's responses about a job: missing and null members become neutral values.
+/// Reads the server's responses about a job: missing and null members become neutral values. Checks
+/// the JSON that users write.
 #pragma once
 
 #include <string>
@@ -8,6 +9,9 @@
 
 namespace cli {
 
+/// Returns "is nested deeper than ..." for JSON that is nested deeper than any request may be,
+/// which is neither copied nor written, since both recur; else empty, for what is no JSON too.
+std::string nesting_fault(const std::string& text);
 /// Never throws: invalid JSON gives an empty object.
 Json parse_object(const std::string& text);
 /// Return a member as text, number or object; fallback if it is absent, null or of another type.

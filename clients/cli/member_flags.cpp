@@ -11,6 +11,7 @@
 
 #include "api/json/limits.h"
 #include "clients/cli/command.h"
+#include "clients/cli/job_json.h"
 
 namespace cli {
 namespace {
@@ -176,7 +177,8 @@ std::string fault_of_json(const std::string& value) {
     return '"' + value + "\" is not JSON at byte " + std::to_string(error.byte) +
            (at < value.size() ? ": \"" + value.substr(at) + '"' : ", where it ends");
   }
-  return "";
+  const std::string fault = nesting_fault(value);
+  return fault.empty() ? "" : "a value of --set " + fault;
 }
 
 void add_set_option(CLI::App& app, MemberValues& values) {

@@ -50,16 +50,13 @@ struct ClearcoatLobeOf {
   F fresnel(F cos_oh) const noexcept { return weight * fresnel_schlick(F(kCoatF0), F(1), cos_oh); }
 
   /// Returns (1 - E_avg) (1 - I_avg) / mean[(1 - E) (1 - I)], exactly 1 without a coat or an
-  /// interface. below, roughness: the interface, as without a film, and its perceptual roughness;
-  /// the coat's normal is taken as the surface's.
+  /// interface. below, roughness: the interface, and its perceptual roughness; the coat's normal is
+  /// taken as the surface's.
   F diffuse_scale(const InterfaceOf<F>& below, F roughness) const noexcept {
-    // I = multiple + (f0 - multiple) e + (f90 - f0) e5, and the mean of a product is the product of
-    // the means plus the covariance.
-    const AlbedoOf<F> c = covariance_under_coat(facets.roughness, roughness);
-    const F covariance =
-        weight * ((below.f0 - below.multiple) * c.e + (below.f90 - below.f0) * c.e5);
-    const F open = (1 - e_average) * (1 - below.albedo(specular_albedo_average(roughness)));
-    return 1 / (1 + covariance / max(open, F(1e-4F)));
+    const F bare = scale_without_film(below, roughness);
+    return below.film.exists ? select((weight > 0) & (below.film.weight > 0),
+                                      scale_over_film(below, roughness), bare)
+                             : bare;
   }
 
   struct Passed {
@@ -90,6 +87,30 @@ struct ClearcoatLobeOf {
   V sample(Vec2Of<F> u) const noexcept {
     const V i = facets.sample_reflected(u);
     return select(i.z > 0, normalize_or(frame.to_world(i), V{0, 0, 1}), V{0, 0, -1});
+  }
+
+ private:
+  F scale_without_film(const InterfaceOf<F>& below, F roughness) const noexcept {
+    // I = multiple + (f0 - multiple) e + (f90 - f0) e5, and the mean of a product is the product of
+    // the means plus the covariance.
+    const AlbedoOf<F> c = covariance_under_coat(facets.roughness, roughness);
+    const F covariance =
+        weight * ((below.f0 - below.multiple) * c.e + (below.f90 - below.f0) * c.e5);
+    const F open = (1 - e_average) * (1 - below.albedo(specular_albedo_average(roughness)));
+    return 1 / (1 + covariance / max(open, F(1e-4F)));
+  }
+  /// A film's albedo is no sum of e and e5: takes the mean at equal steps of mu^2, whose weights
+  /// are equal. With 8, white surfaces of f0 0.04 under films of up to 900 nm gain at most 0.05% in
+  /// the mean of the channels. Never inlined, as the film's albedo is not.
+  [[gnu::noinline]] F scale_over_film(const InterfaceOf<F>& below, F roughness) const noexcept {
+    constexpr int kSteps = 8;
+    F open(0);
+    for (int i = 0; i < kSteps; ++i) {
+      const F mu = sqrt(F((static_cast<float>(i) + 0.5F) / kSteps));
+      const F passed = 1 - weighted(specular_albedo(mu, facets.roughness));
+      open = open + passed * (1 - below.albedo(mu, specular_albedo(mu, roughness)));
+    }
+    return (1 - e_average) / max(below.norm * open * F(1.0F / kSteps), F(1e-4F));
   }
 };
 using ClearcoatLobe = ClearcoatLobeOf<float>;

@@ -87,40 +87,49 @@ Vec4 flat_tangent(const SurfacePoint& p, const TextureDescription& map) {
   return {t.x, t.y, t.z, -side};
 }
 
-/// Tangents of the file apply to all maps as they are; computed ones are turned into the map's
-/// coordinates, as glTF 2.0 (3.9.3) defines tangents by "the texture coordinates associated with
-/// the normal texture".
-MapFrame frame_of(const TextureSlot& slot, const SurfacePoint& p) {
+/// Tangents of the file apply as they are to all maps that are not `apart`; computed ones are
+/// turned into the map's coordinates, as glTF 2.0 (3.9.3) defines tangents by "the texture
+/// coordinates associated with the normal texture".
+MapFrame frame_of(const TextureSlot& slot, const SurfacePoint& p, bool apart = false) {
   Vec3 tangent = p.tangent;
   float sign = p.tangent_sign;
-  if (p.tangent_uv_set >= 0 && slot.texture != nullptr) {
-    if (slot.axes.along_tangent == 0 || slot.description.uv_set != p.tangent_uv_set) {
-      const Vec4 flat = flat_tangent(p, slot.description);
-      tangent = {flat.x, flat.y, flat.z};
-      sign = flat.w;
-    } else {
-      tangent = tangent * slot.axes.along_tangent;
-      sign *= slot.axes.sign;
-    }
+  const bool is_computed = p.tangent_uv_set >= 0 && slot.texture != nullptr;
+  if (is_computed ? slot.axes.along_tangent == 0 || slot.description.uv_set != p.tangent_uv_set
+                  : apart) {
+    const Vec4 flat = flat_tangent(p, slot.description);
+    tangent = {flat.x, flat.y, flat.z};
+    sign = flat.w;
+  } else if (is_computed) {
+    tangent = tangent * slot.axes.along_tangent;
+    sign *= slot.axes.sign;
   }
   return {tangent, cross(p.normal_shading, tangent) * sign};
 }
 
 /// Returns the normal of a normal map in world space, on the front side like point.normal_shading.
-Vec3 mapped_normal(const TextureSlot& slot, float scale, const TexturedPoint& at) {
+/// apart: as for frame_of().
+Vec3 mapped_normal(const TextureSlot& slot, float scale, const TexturedPoint& at,
+                   bool apart = false) {
   const SurfacePoint& p = at.point;
-  if (slot.texture == nullptr || length_squared(p.tangent) == 0) {
+  if (slot.texture == nullptr) {
     return p.normal_shading;
   }
-  const MapFrame map = frame_of(slot, p);
+  const MapFrame map = frame_of(slot, p, apart);
+  if (length_squared(map.tangent) == 0) {
+    return p.normal_shading;
+  }
   return core::mapped_normal<float>(p.normal_shading, map.tangent, map.bitangent,
                                     map_normal(at.read(slot), scale));
 }
 
 /// Returns the normal of the clearcoat on the viewer's side.
 Vec3 clearcoat_normal(const Material& material, const TexturedPoint& at, Vec3 wo_world) {
+  // The set of a coat's map may be another one than that of the normal texture.
+  const bool apart =
+      material.normal.texture != nullptr &&
+      material.normal.description.uv_set != material.clearcoat_normal.description.uv_set;
   const Vec3 n =
-      mapped_normal(material.clearcoat_normal, material.factors.clearcoat_normal_scale, at);
+      mapped_normal(material.clearcoat_normal, material.factors.clearcoat_normal_scale, at, apart);
   return facing(dot(at.point.normal_geometric, wo_world) >= 0 ? n : -n, wo_world);
 }
 

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
 #include <tuple>
 #include <utility>
-
-#include "core/math/bounds.h"
 
 namespace core {
 namespace {
@@ -99,25 +98,28 @@ void join_near(const Vertices& vertices, std::vector<Edge>& borders) {
     ends.push_back(e.a);
     ends.push_back(e.b);
   }
-  Bounds box;
+  float largest = 0;
   for (const std::uint32_t i : ends) {
-    box.add(vertices.at[i]);
+    const Vec3 p = vertices.at[i];
+    largest = std::max({largest, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
   }
-  const Vec3 size = box.diagonal();
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
-  const auto x = [&](std::uint32_t i) { return vertices.at[i][axis]; };
+  // Vertices are sorted along a direction across which no faces of models lie, so that few are near
+  // in it only. Its components are below 1.
+  const auto along = [&](std::uint32_t i) {
+    const Vec3 p = vertices.at[i];
+    return 0.9 * static_cast<double>(p.x) + 0.57 * static_cast<double>(p.y) +
+           0.31 * static_cast<double>(p.z);
+  };
   std::sort(ends.begin(), ends.end(), [&](std::uint32_t i, std::uint32_t j) {
-    return std::pair(x(i), i) < std::pair(x(j), j);
+    return std::pair(along(i), i) < std::pair(along(j), j);
   });
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  float largest = 0;
-  for (int i = 0; i < 3 && !box.empty(); ++i) {
-    largest = std::max({largest, std::fabs(box.min[i]), std::fabs(box.max[i])});
-  }
   const float apart = kSame * largest;
+  const double apart_along = 3 * static_cast<double>(apart);
   DisjointSets same(vertices.at.size());
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    for (std::size_t j = i + 1; j < ends.size() && x(ends[j]) - x(ends[i]) <= apart; ++j) {
+    for (std::size_t j = i + 1; j < ends.size() && along(ends[j]) - along(ends[i]) <= apart_along;
+         ++j) {
       const Vec3 d = vertices.at[ends[j]] - vertices.at[ends[i]];
       if (std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)}) <= apart) {
         same.join(ends[i], ends[j]);
@@ -130,9 +132,8 @@ void join_near(const Vertices& vertices, std::vector<Edge>& borders) {
   keep_borders(borders);
 }
 
-double volume(const MeshData& mesh) {
+double volume(const MeshData& mesh, Vec3 center) {
   double sum = 0;
-  const Vec3 center = mesh.positions.front();
   for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
     const auto corner = [&](std::size_t k) {
       return mesh.positions[mesh.indices[3 * t + k]] - center;
@@ -142,9 +143,8 @@ double volume(const MeshData& mesh) {
   return sum;
 }
 
-}  // namespace
-
-std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes) {
+/// Returns the borders of each mesh, sorted.
+std::vector<Edge> borders_of(std::span<const MeshData* const> meshes) {
   Vertices vertices;
   for (const MeshData* mesh : meshes) {
     vertices.first.push_back(static_cast<std::uint32_t>(vertices.at.size()));
@@ -165,7 +165,28 @@ std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes
     borders.insert(borders.end(), edges.begin(), edges.end());
   }
   join_near(vertices, borders);
+  return borders;
+}
 
+/// A mesh beyond an edge of another one.
+struct Neighbour {
+  std::uint32_t mesh;
+  bool is_turned;  ///< both pass the edge the same way
+};
+
+}  // namespace
+
+double area(const MeshData& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
+    const auto corner = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * t + k]]; };
+    sum += static_cast<double>(length(cross(corner(1) - corner(0), corner(2) - corner(0))));
+  }
+  return sum;
+}
+
+std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes) {
+  const std::vector<Edge> borders = borders_of(meshes);
   DisjointSets joined(meshes.size());
   std::vector<std::size_t> border_edges(meshes.size());
   std::vector<std::size_t> one_way_edges(meshes.size());
@@ -191,7 +212,60 @@ std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes
     surface.meshes.push_back(m);
     surface.border_edges += border_edges[m];
     surface.one_way_edges += one_way_edges[m];
-    surface.volume_m3 += volume(*meshes[m]);
+    surface.volume_m3 += volume(*meshes[m], meshes[root]->positions.front());
+  }
+  return out;
+}
+
+std::vector<ClosingMeshes> find_closing_meshes(std::span<const MeshData* const> meshes) {
+  const std::vector<Edge> borders = borders_of(meshes);
+  std::vector<std::vector<Neighbour>> beyond(meshes.size());
+  std::vector<bool> is_open(meshes.size());
+  for (std::size_t first = 0, end = 0; first < borders.size(); first = end) {
+    const Edge& a = borders[first];
+    while (end < borders.size() && borders[end].is_same(a)) {
+      ++end;
+    }
+    const Edge& b = borders[end - 1];
+    if (end - first == 2 && std::abs(a.count) == 1 && std::abs(b.count) == 1) {
+      beyond[a.mesh].push_back({b.mesh, a.count == b.count});
+      beyond[b.mesh].push_back({a.mesh, a.count == b.count});
+    } else {
+      std::for_each(borders.begin() + static_cast<std::ptrdiff_t>(first),
+                    borders.begin() + static_cast<std::ptrdiff_t>(end),
+                    [&](const Edge& each) { is_open[each.mesh] = true; });
+    }
+  }
+  std::vector<ClosingMeshes> out;
+  std::vector<bool> is_known(meshes.size());
+  std::vector<bool> is_turned(meshes.size());
+  for (std::uint32_t m = 0; m < meshes.size(); ++m) {
+    if (is_known[m] || beyond[m].empty()) {
+      continue;
+    }
+    is_known[m] = true;
+    bool closes = true;
+    ClosingMeshes found = {{m}, {}};
+    for (std::size_t i = 0; i < found.meshes.size(); ++i) {
+      const std::size_t here = found.meshes[i];
+      closes = closes && !is_open[here];
+      for (const Neighbour& next : beyond[here]) {
+        const bool turned = is_turned[here] != next.is_turned;
+        if (!is_known[next.mesh]) {
+          is_known[next.mesh] = true;
+          is_turned[next.mesh] = turned;
+          found.meshes.push_back(next.mesh);
+        }
+        closes = closes && is_turned[next.mesh] == turned;
+      }
+    }
+    if (closes) {
+      std::sort(found.meshes.begin(), found.meshes.end());
+      for (const std::size_t each : found.meshes) {
+        found.is_turned.push_back(is_turned[each]);
+      }
+      out.push_back(std::move(found));
+    }
   }
   return out;
 }

@@ -9,6 +9,9 @@
 
 namespace core {
 
+/// Returns twice the area of a mesh.
+double area(const MeshData& mesh);
+
 /// Meshes that share borders, or one mesh without a border.
 struct JoinedSurface {
   std::vector<std::size_t> meshes;  ///< indices, ascending
@@ -20,5 +23,15 @@ struct JoinedSurface {
 /// Vertices closer than a few roundings of the largest coordinate are one. Triangles are on both
 /// sides of an edge if they pass along it in opposite directions as often.
 std::vector<JoinedSurface> join_surfaces(std::span<const MeshData* const> meshes);
+
+/// Meshes whose borders close a surface together: at each edge there are two of them.
+struct ClosingMeshes {
+  std::vector<std::size_t> meshes;  ///< indices, ascending
+  std::vector<bool> is_turned;      ///< of each: is wound the other way than the first
+};
+
+/// Vertices are one as for join_surfaces(). Meshes without a border, and surfaces with one side
+/// only, are left out.
+std::vector<ClosingMeshes> find_closing_meshes(std::span<const MeshData* const> meshes);
 
 }  // namespace core

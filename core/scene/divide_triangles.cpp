@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -26,6 +27,10 @@ constexpr float kSteps = 1024;
 constexpr std::size_t kSmallMost = 1024;
 constexpr std::size_t kLargeMost = 4096;
 constexpr std::size_t kDividedMost = kLargeMost + 100 * kSmallMost;
+/// Rounds in which triangles are bisected for each halving of their edges. Two halve all three
+/// edges of a triangle; two more are for those that its neighbours bisect. More are of no use:
+/// coordinates are then so large that halves are no smaller.
+constexpr int kRoundsPerHalving = 4;
 /// The surroundings of a mesh, and the longest edges of triangles there: edges_m().
 struct Small {
   Bounds box;
@@ -55,14 +60,15 @@ bool is_near(const Corners<Vec3>& p, const Small& small) {
   return meet(box, small.box) && std::fabs(dot(n, small.box.center() - p[0])) <= reach;
 }
 
-/// Returns the largest edges of a mesh; 0 if they are infinite.
+/// Returns the largest edges of a mesh; 0 if their squares are infinite, so that no edge is the
+/// longest.
 float largest_edges_m(const MeshData& mesh) {
   float most = 0;
   for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
     const auto at = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * t + k]]; };
     most = std::max(most, edges_m({at(0), at(1), at(2)}));
   }
-  return std::isfinite(most) ? most : 0;
+  return std::isfinite(most * most) ? most : 0;
 }
 
 float largest_scale(const Transform& m) {
@@ -128,7 +134,7 @@ class Division {
       return 0;
     }
     for_each_padded([](std::vector<Vec3>& values) { values.pop_back(); });
-    while (triangles_.size() < kDividedMost && mark()) {
+    for (int left = rounds_most(); left > 0 && triangles_.size() < kDividedMost && mark(); --left) {
       bisect_marked();
     }
     for_each_padded([](std::vector<Vec3>& values) { values.push_back(Vec3{}); });
@@ -182,6 +188,15 @@ class Division {
         numbers_.push_back(t);
       }
     }
+  }
+
+  int rounds_most() const {
+    double ratio = 1;
+    const float least_m = std::max(small_.front().edges_m, std::numeric_limits<float>::min());
+    for (const Face& face : triangles_) {
+      ratio = std::max(ratio, static_cast<double>(edges_m(corners(face))) / double{least_m});
+    }
+    return kRoundsPerHalving * (1 + static_cast<int>(std::ceil(std::log2(ratio))));
   }
 
   Edge edge(const Face& face, std::size_t k) const {

@@ -27,6 +27,7 @@
 #include "core/scene/set_apart.h"
 #include "core/scene/single_faces.h"
 #include "core/scene/solids.h"
+#include "core/scene/turn_pieces.h"
 
 namespace core {
 namespace {
@@ -54,13 +55,15 @@ class Builder {
       extremes_ = from_.framed;
     }
     place_meshes();
+    PlacedFrom placed_from = {from_, instance_of_, top_level_};
+    placed_from.pieces = turn_pieces(to_, placed_from);
     const std::size_t added = divide_triangles(to_);
     if (Status s = build_accel(threads, isa, stop); !s) {
       return s;
     }
     add_lights();
     placed_triangles_ -= added;
-    find_solids(to_, {from_, instance_of_, top_level_});
+    find_solids(to_, placed_from);
     check_planes(from_, bounds());
     Bounds box = bounds_;
     box.add(ground_bounds_);

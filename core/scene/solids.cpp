@@ -14,15 +14,6 @@
 namespace core {
 namespace {
 
-double area(const MeshData& mesh) {
-  double sum = 0;
-  for (std::size_t t = 0; t < mesh.triangle_count(); ++t) {
-    const auto corner = [&](std::size_t k) { return mesh.positions[mesh.indices[3 * t + k]]; };
-    sum += static_cast<double>(length(cross(corner(1) - corner(0), corner(2) - corner(0))));
-  }
-  return sum;
-}
-
 void add_vertices(Bounds& box, const MeshData& mesh, const Transform* to_world) {
   for (const std::uint32_t i : mesh.indices) {
     box.add(to_world == nullptr ? mesh.positions[i] : to_world->point(mesh.positions[i]));
@@ -122,7 +113,7 @@ class SolidFinder {
  public:
   SolidFinder(SceneData& scene, const PlacedFrom& from) : scene_(scene), from_(from) {}
 
-  /// placed: the meshes of one instance that bound volumes.
+  /// placed: the meshes of one instance, or of joined ones, that bound volumes.
   void add_instance(std::span<const std::uint32_t> placed) {
     std::vector<const MeshData*> meshes;
     for (const std::uint32_t i : placed) {
@@ -214,6 +205,52 @@ class SolidFinder {
   std::set<std::string> told_;
 };
 
+/// Instances whose meshes close a surface together, as turn_pieces() found: they are as one.
+class JoinedInstances {
+ public:
+  JoinedInstances(const SceneData& scene, const PlacedFrom& from) {
+    for (const std::vector<std::uint32_t>& pieces : from.pieces) {
+      for (const std::uint32_t i : pieces) {
+        const auto* const a = first_of(from.instances[pieces.front()]);
+        const auto* const b = first_of(from.instances[i]);
+        if (a != b) {
+          earlier_[std::max(a, b)] = std::min(a, b);
+        }
+      }
+    }
+    for (const auto& [later, earlier] : earlier_) {
+      placed_[first_of(earlier)];
+    }
+    for (std::uint32_t i = 0; i < from.top_level && !placed_.empty(); ++i) {
+      const auto found = placed_.find(first_of(from.instances[i]));
+      if (found != placed_.end() &&
+          scene.materials[scene.meshes[scene.placed[i].mesh].material].is_volume) {
+        found->second.push_back(i);
+      }
+    }
+  }
+  /// Replaces the placed meshes of an instance by those of all that are joined, the first of which
+  /// has them all.
+  void join(const InstanceDescription* instance, std::vector<std::uint32_t>& placed) const {
+    if (earlier_.contains(instance)) {
+      placed.clear();
+    } else if (const auto found = placed_.find(instance); found != placed_.end()) {
+      placed = found->second;
+    }
+  }
+
+ private:
+  const InstanceDescription* first_of(const InstanceDescription* instance) const {
+    for (auto at = earlier_.find(instance); at != earlier_.end(); at = earlier_.find(instance)) {
+      instance = at->second;
+    }
+    return instance;
+  }
+
+  std::map<const InstanceDescription*, const InstanceDescription*> earlier_;
+  std::map<const InstanceDescription*, std::vector<std::uint32_t>> placed_;
+};
+
 }  // namespace
 
 void find_solids(SceneData& scene, const PlacedFrom& from) {
@@ -221,6 +258,7 @@ void find_solids(SceneData& scene, const PlacedFrom& from) {
     return;
   }
   SolidFinder finder(scene, from);
+  const JoinedInstances joined(scene, from);
   std::vector<std::uint32_t> placed;
   for (std::uint32_t i = 0; i < scene.placed.size(); ++i) {
     if (scene.materials[scene.meshes[scene.placed[i].mesh].material].is_volume) {
@@ -228,6 +266,7 @@ void find_solids(SceneData& scene, const PlacedFrom& from) {
     }
     const bool is_last = i + 1 == scene.placed.size() || from.instances[i + 1] != from.instances[i];
     if (is_last && !placed.empty()) {
+      joined.join(from.instances[i], placed);
       finder.add_instance(placed);
       placed.clear();
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -98,6 +99,20 @@ std::vector<float> sample(const Track& track, double time, bool is_rotation) {
   return out;
 }
 
+/// Returns whether STEP keys between two times differ from the one that holds at the first.
+bool jumps_between(const Track& track, double first, double last) {
+  const std::size_t from = find_interval(track.times, first).key;
+  const std::size_t to = find_interval(track.times, last).key;
+  const auto at = [&track](std::size_t key) {
+    return std::span(track.values).subspan(key * track.width, track.width);
+  };
+  bool out = false;
+  for (std::size_t key = from + 1; key <= to; ++key) {
+    out = out || !std::ranges::equal(at(key), at(from));
+  }
+  return out;
+}
+
 /// Returns the greatest of the keys' first values.
 float greatest_key(const Track& track) {
   const bool is_cubic = track.interpolation == "CUBICSPLINE";
@@ -170,9 +185,9 @@ std::string path_of(const tinygltf::AnimationChannel& channel) {
 /// Evaluates the animations of a file at one time.
 class Player {
  public:
-  Player(const tinygltf::Model& model, GltfSource& source, double time_seconds,
+  Player(const tinygltf::Model& model, GltfSource& source, const PlayTime& time,
          GltfRepairs& repairs)
-      : model_(model), source_(source), time_seconds_(time_seconds), repairs_(repairs) {}
+      : model_(model), source_(source), time_(time), repairs_(repairs) {}
 
   Result<AnimatedMoment> play() {
     for (std::size_t a = 0; a < model_.animations.size(); ++a) {
@@ -198,6 +213,11 @@ class Player {
           !mended) {
         return mended.error();
       }
+    }
+    if (jumps_) {
+      repairs_.note("shutter", "",
+                    "While the shutter is open, what animations with STEP keys move keeps its pose "
+                    "at the opening.");
     }
     return std::move(moment_);
   }
@@ -248,11 +268,15 @@ class Player {
                                 "two channels of one animation have the same target"));
   }
 
-  std::vector<float> sampled(const Track& track, bool is_rotation) {
+  std::vector<float> sampled(const Track& track, bool is_rotation, bool is_boolean = false) {
     moment_.first_seconds =
         std::min(moment_.first_seconds, static_cast<double>(track.times.front()));
     moment_.last_seconds = std::max(moment_.last_seconds, static_cast<double>(track.times.back()));
-    return sample(track, time_seconds_, is_rotation);
+    if (track.interpolation != "STEP" || is_boolean) {
+      return sample(track, time_.seconds, is_rotation);
+    }
+    jumps_ = jumps_ || jumps_between(track, time_.opening_seconds, time_.closing_seconds);
+    return sample(track, time_.opening_seconds, is_rotation);
   }
 
   Status move_node(const tinygltf::AnimationChannel& channel, const SamplerUse& sampler,
@@ -303,8 +327,8 @@ class Player {
     if (!track) {
       return track.error();
     }
-    AnimatedValue value = {pointer.path, sampled(*track, pointer.is_rotation), pointer.is_boolean,
-                           pointer.is_array};
+    AnimatedValue value = {pointer.path, sampled(*track, pointer.is_rotation, pointer.is_boolean),
+                           pointer.is_boolean, pointer.is_array};
     for (float& v : value.values) {
       if (std::isnan(v)) {
         return invalid(where, "the animated value is not a number");
@@ -333,8 +357,9 @@ class Player {
 
   const tinygltf::Model& model_;
   GltfSource& source_;
-  double time_seconds_;
+  PlayTime time_;
   GltfRepairs& repairs_;
+  bool jumps_ = false;  ///< while the shutter is open
   std::set<std::string> taken_;
   AnimatedMoment moment_;
 };
@@ -342,8 +367,8 @@ class Player {
 }  // namespace
 
 Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                           double time_seconds, GltfRepairs& repairs) {
-  return Player(model, source, time_seconds, repairs).play();
+                                           const PlayTime& time, GltfRepairs& repairs) {
+  return Player(model, source, time, repairs).play();
 }
 
 }  // namespace core

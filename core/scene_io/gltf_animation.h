@@ -42,12 +42,21 @@ struct AnimatedMoment {
   bool has_emissive_strength = false;
 };
 
+/// When animations are evaluated.
+struct PlayTime {
+  double seconds = 0;
+  /// For samplers with STEP keys, except of visibility: the opening of the shutter, so that nothing
+  /// is smeared over a jump. Jumps until `closing_seconds` are noted.
+  double opening_seconds = 0;
+  double closing_seconds = 0;
+};
+
 /// Evaluates all animations at once. Before its first and after its last key an animation holds
 /// that key, as glTF 2.0 requires. An animation of a target that an earlier one already animates is
 /// ignored with a warning. Values are clamped to the range of their member, which cubic splines may
 /// exceed. An animation with a fault is not played. Errors: kTooLarge; strict: kInvalidArgument
 /// with a JSON pointer.
 Result<AnimatedMoment> evaluate_animations(const tinygltf::Model& model, GltfSource& source,
-                                           double time_seconds, GltfRepairs& repairs);
+                                           const PlayTime& time, GltfRepairs& repairs);
 
 }  // namespace core

@@ -99,7 +99,7 @@ Result<AnimatedMoment> play_animations(const CheckedGltf& checked, GltfSource& s
     AnimatedMoment rest;
     GltfRepairs ignored(/*is_strict=*/false);
     if (!source.tables().pointers.empty()) {
-      auto any = evaluate_animations(model, source, 0, ignored);
+      auto any = evaluate_animations(model, source, {}, ignored);
       if (!any) {
         return any.error();
       }
@@ -110,7 +110,10 @@ Result<AnimatedMoment> play_animations(const CheckedGltf& checked, GltfSource& s
     }
     return rest;
   }
-  auto moment = evaluate_animations(model, source, *options.time_seconds, repairs);
+  const double now = *options.time_seconds;
+  const double opening = options.opening_seconds.value_or(now);
+  auto moment = evaluate_animations(model, source,
+                                    {now, opening, opening + options.shutter_seconds}, repairs);
   if (!moment) {
     return moment;
   }
@@ -330,6 +333,7 @@ Result<SceneDescription> load_gltf(std::span<const std::byte> file, const Resolv
   GltfOptions then = options;
   then.geometry_only = true;
   then.origin = scene.origin;
+  then.opening_seconds = options.time_seconds;
   std::vector<SceneDescription> later;
   for (int step = 1; step < kShutterSteps; ++step) {
     then.time_seconds =

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -43,6 +44,8 @@ struct GltfOptions : SceneMoment {
   /// Refuses every fault that would otherwise be mended with a warning (gltf_repairs.h).
   bool is_strict = false;
   GltfLimits limits = {};
+  /// If the scene is one of several times of an open shutter: PlayTime::opening_seconds.
+  std::optional<double> opening_seconds = {};
 };
 
 /// For GltfLimits::admit: ends the reading with kCancelled when a stop is requested.

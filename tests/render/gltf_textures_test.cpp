@@ -448,6 +448,19 @@ TEST(GltfNormalMaps, CoatsFollowTheirOwnCoordinates) {
   }
 }
 
+// The mesh's own tangents are for the normal texture, be its coordinates mirrored or not.
+TEST(GltfNormalMaps, CoatsOfAnotherSetDoNotFollowGivenTangents) {
+  const core::Vec3 wi = test_support::towards(50, 100);
+  for (const double degrees : {0.0, 120.0}) {
+    core::SceneDescription scene = coated(degrees, true);
+    const float computed = shown(scene, wi);
+    for (const float sign : {1.0F, -1.0F}) {
+      scene.meshes[0].primitives[0].tangents.assign(4, {1, 0, 0, sign});
+      EXPECT_NEAR(shown(scene, wi), computed, 1e-4F * computed) << degrees << " " << sign;
+    }
+  }
+}
+
 TEST(GltfNormalMaps, BackOfADoubleSidedSurfaceFlipsTheNormal) {
   // Seen from behind (the patch is rotated about y), u grows to the left, and the tilt follows it;
   // the other components of the normal face the viewer.

@@ -54,7 +54,7 @@ class File {
   void camera() { node(R"({"camera":0,"translation":[0,0,10]})"); }
   /// Adds keys, one per second.
   void animate(int node, const std::string& path, const std::vector<float>& values,
-               const char* shape, std::size_t width) {
+               const char* shape, std::size_t width, const std::string& interpolation = "LINEAR") {
     std::vector<float> times;
     for (std::size_t i = 0; i < values.size() / width; ++i) {
       times.push_back(static_cast<float>(i));
@@ -62,8 +62,8 @@ class File {
     const int input = floats(times, "SCALAR", 1);
     const int output = floats(values, shape, width);
     writer.add("animations", R"({"samplers":[{"input":)" + std::to_string(input) + R"(,"output":)" +
-                                 std::to_string(output) +
-                                 R"(}],"channels":[{"sampler":0,"target":{"node":)" +
+                                 std::to_string(output) + R"(,"interpolation":")" + interpolation +
+                                 R"("}],"channels":[{"sampler":0,"target":{"node":)" +
                                  std::to_string(node) + R"(,"path":")" + path + R"("}}]})");
   }
   core::SceneDescription open(double seconds, double shutter_seconds) {
@@ -280,6 +280,22 @@ TEST(Shutter, RotationsUseSeveralStepsAndOneOfManyInstancesMovesAlone) {
   File straight;
   add_crossing_square(straight);
   EXPECT_EQ(test_support::build(straight.open(0, 1))->data().meshes.at(0).later.size(), 1U);
+}
+
+TEST(Shutter, WhatStepKeysMoveKeepsItsPoseAndAWarningSaysSo) {
+  File file;
+  const int square = file.shown(file.rectangle(0, 0.5F, 0, 0.5F, 0, 0));
+  file.animate(square, "translation", {-1, 0, 0, 0.5F, 0, 0}, "VEC3", 3, "STEP");
+  const int camera = file.node(R"({"camera":0})");
+  file.animate(camera, "translation", {0, 0, 10, 3, 0, 10}, "VEC3", 3, "STEP");
+  core::SceneDescription scene = file.open(0.7, 0.5);
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_EQ(scene.warnings[0].code, "shutter");
+  EXPECT_TRUE(scene.cameras.at(0).later.empty());
+  const auto picture = test_support::render(view_of(std::move(scene), 0.5), 64);
+  EXPECT_EQ(wrong(picture, [](int x, int y) { return crossing(x, y, -1, -1); }), 0);
+  EXPECT_TRUE(file.open(0.25, 0.5).warnings.empty()) << "no key while it is open";
+  EXPECT_TRUE(file.open(1, 0.5).warnings.empty()) << "the last key, at the opening";
 }
 
 TEST(Shutter, ClosedEqualsNoShutterAndOpenIsDeterministic) {

@@ -88,6 +88,13 @@ void add_layered(std::vector<BsdfCase>& cases) {
     p.inside = true;
     add("MilkyGlassInside" + tail, p, leaf, true);
   }
+  // Whose albedo falls and rises again towards grazing angles.
+  core::BsdfLayers film;
+  film.iridescence = 1;
+  film.iridescence_ior = 1.2F;
+  film.iridescence_thickness_nm = 600;
+  film.clearcoat = 1;
+  add("CoatOverFilm", rough(0.5F), film, false, 0.001);
   core::BsdfLayers coat;
   coat.clearcoat = 0.7F;
   coat.clearcoat_normal = core::normalize(Vec3{0.1F, -0.05F, 1});

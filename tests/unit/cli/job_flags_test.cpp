@@ -200,6 +200,22 @@ TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {
   EXPECT_EQ(request.error().where, file.path());
 }
 
+TEST(MakeRequest, RefusesWhatIsNestedTooDeep) {
+  const auto made = [](std::size_t levels) {
+    const TemporaryFile file(R"({"scene": "x", "labels": )" + std::string(levels - 1, '[') +
+                             std::string(levels - 1, ']') + "}");
+    cli::JobFlags flags;
+    flags.job_file = file.path();
+    return cli::make_request(flags);
+  };
+  EXPECT_TRUE(made(32));
+  for (const std::size_t levels : {std::size_t{33}, std::size_t{1} << 20}) {
+    const auto request = made(levels);
+    ASSERT_FALSE(request);
+    EXPECT_EQ(request.error().message, "is nested deeper than 32 levels");
+  }
+}
+
 TEST(ParseAndRun, WrongUsageExitsWithTwoAndHelpWithZero) {
   CLI::App app;
   cli::JobFlags flags;

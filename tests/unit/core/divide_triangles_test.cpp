@@ -214,9 +214,19 @@ TEST(DivideTriangles, LeavesWhatIsLargeOrFarAway) {
   for (Vec3& p : huge.meshes[0].positions) {
     p = p * 1e34F;
   }
-  EXPECT_LT(divide_triangles(huge), 200'000) << "where halves are no smaller";
+  EXPECT_EQ(divide_triangles(huge), 0) << "whose edges have no squares";
   SceneData empty;
   EXPECT_EQ(divide_triangles(empty), 0);
+}
+
+// Edges of a step between two floats would be bisected again and again.
+TEST(DivideTriangles, EndsWhereHalvesAreNoSmaller) {
+  const Vec3 at = {0.7e18F, 0, 0.3e18F};
+  SceneData far = scene_with(false, {at}, 1e8F);
+  for (Vec3& p : far.meshes[0].positions) {
+    p = p * 2e14F;
+  }
+  EXPECT_LT(divide_triangles(far), 1000);
 }
 
 }  // namespace

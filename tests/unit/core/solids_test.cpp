@@ -1,6 +1,7 @@
 // Solids of a scene: which triangles bound them, their order, the points within, warnings.
 #include "core/scene/solids.h"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -200,6 +201,91 @@ TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
       << both.front().detail;
 }
 
+/// The lower or the upper half of a ball.
+core::PrimitiveDescription half_ball(bool upper, float radius_m, bool inward) {
+  core::PrimitiveDescription out = test_support::sphere({0, 0, 0}, radius_m, 8, inward, 0);
+  const auto half = static_cast<std::ptrdiff_t>(out.indices.size() / 2);
+  const auto begin = out.indices.begin() + (upper ? half : 0);
+  out.indices = {begin, begin + half};
+  return out;
+}
+
+/// Nodes with a mesh each, moved to `away`.
+core::SceneDescription nodes_of(std::vector<core::PrimitiveDescription> parts, Vec3 away) {
+  core::SceneDescription out;
+  out.materials = {glass()};
+  for (core::PrimitiveDescription& part : parts) {
+    const float lift = 0.1F * static_cast<float>(out.meshes.size());  // of the node's own origin
+    for (Vec3& p : part.positions) {
+      p.y -= lift;
+    }
+    out.instances.push_back(
+        {static_cast<int>(out.meshes.size()), core::translation(away + Vec3{0, lift, 0})});
+    const std::string name = "part " + std::to_string(out.meshes.size());
+    out.meshes.push_back({name, {std::move(part)}});
+  }
+  return out;
+}
+
+/// Expects that triangles and normals face away from a point, or to it.
+void expect_facing(const core::MeshData& mesh, Vec3 center, bool inward) {
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const auto at = [&](std::size_t k) { return mesh.positions[mesh.indices[i + k]] - center; };
+    const Vec3 n = cross(at(1) - at(0), at(2) - at(0));
+    if (length(n) > 1e-6F) {
+      EXPECT_EQ(dot(n, at(0) + at(1) + at(2)) < 0, inward) << i;
+    }
+    EXPECT_EQ(dot(mesh.normals[mesh.indices[i]], at(0)) < 0, inward) << i;
+  }
+}
+
+TEST(Solids, PiecesInSeveralNodesAreOneAndFaceOneWay) {
+  const Vec3 away = {1.3F, -0.7F, 3.1F};
+  for (const bool upper_inward : {false, true}) {
+    for (const bool lower_inward : {false, true}) {
+      const auto scene = test_support::build(
+          nodes_of({half_ball(false, 1, lower_inward), half_ball(true, 1, upper_inward)}, away));
+      const core::SceneData& data = scene->data();
+      ASSERT_EQ(data.solids.size(), 1U);
+      EXPECT_EQ(data.solids[0].kind, SolidKind::kClosed);
+      EXPECT_EQ(data.solids[0].is_inside_out, lower_inward);
+      for (const core::MeshData& mesh : data.meshes) {
+        expect_facing(mesh, away, lower_inward);
+      }
+      EXPECT_TRUE(core::solids_around(data, away + Vec3{0, 1.1F, 0}).empty());
+      EXPECT_EQ(core::solids_around(data, away).size(), 1U);
+      const auto& warnings = scene->summary().warnings;
+      const bool turned = upper_inward != lower_inward;
+      ASSERT_EQ(warnings.size(), (turned ? 1U : 0U) + (lower_inward ? 1U : 0U));
+      if (turned) {
+        EXPECT_EQ(warnings[0].code, "turned");
+        EXPECT_NE(warnings[0].detail.find("mesh 'part 1'"), std::string::npos);
+      }
+    }
+  }
+}
+
+TEST(Solids, PiecesOfACavityStay) {
+  const auto scene =
+      test_support::build(nodes_of({half_ball(false, 1, false), half_ball(true, 1, false),
+                                    half_ball(false, 0.5F, true), half_ball(true, 0.5F, true)},
+                                   {0, 0, 0}));
+  ASSERT_EQ(scene->data().solids.size(), 2U);
+  EXPECT_EQ(scene->data().solids[1].kind, SolidKind::kCavity);
+  EXPECT_TRUE(scene->summary().warnings.empty());
+}
+
+TEST(Solids, WhatNodesDoNotCloseTogetherStays) {
+  core::PrimitiveDescription bowl = half_ball(true, 1, true);
+  bowl.indices.resize(bowl.indices.size() - 6);  // a hole
+  const auto scene = test_support::build(nodes_of({half_ball(false, 1, false), bowl}, {0, 0, 0}));
+  ASSERT_EQ(scene->data().solids.size(), 2U);
+  expect_facing(scene->data().meshes[1], {0, 0, 0}, true);
+  for (const core::Warning& warning : scene->summary().warnings) {
+    EXPECT_NE(warning.detail.find("is not closed"), std::string::npos) << warning.detail;
+  }
+}
+
 TEST(ClosedSurface, SeamsAreClosedUpToRounding) {
   core::MeshData mesh;
   core::PrimitiveDescription ball = test_support::sphere({5, 5, 5}, 1, 8, false, 0);
@@ -218,6 +304,33 @@ TEST(ClosedSurface, SeamsAreClosedUpToRounding) {
       mesh.indices.begin() + static_cast<std::ptrdiff_t>(mesh.indices.size() / 6 * 3);
   mesh.indices.erase(middle, middle + 3);
   EXPECT_EQ(core::join_surfaces(meshes)[0].border_edges, 3U) << "a missing triangle is seen";
+}
+
+// Of a bowl of glass, an inner and an outer side that share the edge.
+TEST(ClosedSurface, TheVolumeOfJoinedMeshesIsThatBetweenThem) {
+  const auto side = [](bool inner) {
+    const core::PrimitiveDescription half = half_ball(false, 1, inner);
+    core::MeshData mesh;
+    mesh.positions = half.positions;
+    for (Vec3& p : mesh.positions) {
+      p.y *= inner ? 0.9F : 1;
+    }
+    // The first vertex of the inner side is on the edge, that of the outer one its deepest.
+    mesh.positions.insert(mesh.positions.begin(),
+                          inner ? Vec3{1, 0, 0} : half.positions[half.indices.front()]);
+    for (const std::uint32_t i : half.indices) {
+      mesh.indices.push_back(i + 1);
+    }
+    return mesh;
+  };
+  const core::MeshData outer = side(false);
+  const core::MeshData inner = side(true);
+  EXPECT_NEAR(std::fabs(outer.positions.front().y), 1, 1e-6F);
+  const core::MeshData* const meshes[] = {&outer, &inner};
+  const auto bowl = core::join_surfaces(meshes);
+  ASSERT_EQ(bowl.size(), 1U);
+  EXPECT_EQ(bowl[0].border_edges, 0U);
+  EXPECT_NEAR(bowl[0].volume_m3, 0.1 * 2.0944, 0.02) << "a tenth of a half of a ball";
 }
 
 }  // namespace

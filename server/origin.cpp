@@ -9,6 +9,7 @@
 #include <arpa/inet.h>
 
 #include "core/base/shown_address.h"
+#include "core/base/text.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -18,13 +19,6 @@ core::Error refused(std::string_view text, const char* expected) {
   return {core::ErrorCode::kInvalidArgument,
           "\"" + core::shown_address(text) + "\" is not " + expected,
           {}};
-}
-
-std::string in_lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
 }
 
 /// RFC 1123, 2.1, and underscores: labels of letters, digits and dashes, which begin and end none.
@@ -67,7 +61,7 @@ std::optional<std::pair<std::string, std::string>> split_host(std::string_view t
   if (!(is_name(name) || is_bracketed_address(name)) || !is_port) {
     return std::nullopt;
   }
-  return std::pair(in_lower_case(name), port.empty() ? "" : std::to_string(number));
+  return std::pair(core::in_lower_case(name), port.empty() ? "" : std::to_string(number));
 }
 
 struct Scheme {
@@ -96,7 +90,7 @@ core::Result<std::string> parse_host(std::string_view text) {
 }
 
 core::Result<std::string> parse_origin(std::string_view text) {
-  const std::string lower = in_lower_case(text);
+  const std::string lower = core::in_lower_case(text);
   for (const Scheme& scheme : kSchemes) {
     if (lower.starts_with(scheme.prefix)) {
       std::string_view rest = std::string_view(lower).substr(scheme.prefix.size());

@@ -6,6 +6,7 @@
 #include "api/json/limits.h"
 #include "api/json/values.h"
 #include "api/requests.h"
+#include "core/base/text.h"
 
 namespace api {
 namespace {
@@ -30,11 +31,8 @@ std::optional<int> prefer_wait_seconds(std::string_view prefer_header) {
     prefer_header.remove_prefix(std::min(end + 1, prefer_header.size()));
     preference = trim(preference.substr(0, preference.find(';')));
     const std::size_t equals = preference.find('=');
-    std::string name(trim(preference.substr(0, equals)));
-    std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
-    if (name != "wait" || equals == std::string_view::npos) {
+    const std::string_view name = trim(preference.substr(0, equals));
+    if (!core::equal_ignoring_case(name, "wait") || equals == std::string_view::npos) {
       continue;
     }
     std::string_view value = trim(preference.substr(equals + 1));

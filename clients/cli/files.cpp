@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/base/file_names.h"
+#include "core/base/text.h"
 
 namespace cli {
 namespace {
@@ -202,9 +202,7 @@ core::Result<std::optional<std::string>> model_file(const std::string& path) {
 }
 
 std::string extension_of(const std::string& path) {
-  std::string text = fs::path(path).extension().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string text = core::in_lower_case(fs::path(path).extension().string());
   return text.empty() ? text : text.substr(1);
 }
 

@@ -25,6 +25,7 @@
 #include <unistd.h>
 
 #include "core/base/descriptor.h"
+#include "core/base/text.h"
 #include "core/scene_io/convert_protocol.h"
 #include "core/scene_io/system_calls.h"
 
@@ -310,11 +311,7 @@ std::uint64_t conversion_bytes(std::string_view extension, std::uint64_t file_by
 
 std::string extension_of_name(std::string_view name) {
   const std::size_t dot = name.rfind('.');
-  std::string out(dot == std::string_view::npos ? "" : name.substr(dot + 1));
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return out;
+  return in_lower_case(dot == std::string_view::npos ? "" : name.substr(dot + 1));
 }
 
 Result<Converted> convert_to_glb(std::span<const FileToConvert> files, const Converters& converters,

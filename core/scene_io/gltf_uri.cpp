@@ -8,6 +8,7 @@
 
 #include "core/base/file_names.h"
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
@@ -28,13 +29,6 @@ int base64_digit(char c) noexcept {
 }
 
 bool is_space(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-bool equal_without_case(std::string_view a, std::string_view b) noexcept {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
 
 /// Skips line breaks, as MIME encoders write them (RFC 2045, 6.8).
 Result<Bytes> decode_base64(std::string_view text) {
@@ -79,7 +73,7 @@ bool names_base64(std::string_view parameters) noexcept {
     while (!part.empty() && is_space(part.back())) {
       part.remove_suffix(1);
     }
-    if (equal_without_case(part, "base64")) {
+    if (equal_ignoring_case(part, "base64")) {
       return true;
     }
     parameters.remove_prefix(std::min(end + 1, parameters.size()));
@@ -105,7 +99,7 @@ std::string list_of(const std::vector<std::string>& names) {
 }  // namespace
 
 bool is_data_uri(std::string_view uri) noexcept {
-  return equal_without_case(uri.substr(0, kDataScheme.size()), kDataScheme);
+  return equal_ignoring_case(uri.substr(0, kDataScheme.size()), kDataScheme);
 }
 
 Result<Bytes> decode_data_uri(std::string_view uri) {

@@ -1,7 +1,6 @@
 #include "core/scene_io/ies.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
@@ -31,22 +31,14 @@ std::string_view trimmed(std::string_view text) {
              : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
 }
 
-std::string in_capitals(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return out;
-}
-
 /// Returns what stands after the `=` of a TILT line; empty for other lines.
-std::optional<std::string> tilt_of(std::string_view line) {
-  const std::string capitals = in_capitals(line);
-  const std::size_t equals = capitals.find('=');
-  if (equals == std::string::npos ||
-      trimmed(std::string_view(capitals).substr(0, equals)) != "TILT") {
+std::optional<std::string_view> tilt_of(std::string_view line) {
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos ||
+      !equal_ignoring_case(trimmed(line.substr(0, equals)), "TILT")) {
     return std::nullopt;
   }
-  return std::string(trimmed(std::string_view(capitals).substr(equals + 1)));
+  return trimmed(line.substr(equals + 1));
 }
 
 class Reader {
@@ -208,10 +200,10 @@ Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& 
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   std::string_view line = in.line();
   line.remove_prefix(line.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
-  const std::string standard = in_capitals(line);
-  has_lamp_factor = !standard.starts_with("IESNA:LM-63-1995") &&
-                    !standard.starts_with("IESNA:LM-63-2002") &&
-                    !standard.starts_with("IES:LM-63-2019");
+  const std::string standard = in_lower_case(line);
+  has_lamp_factor = !standard.starts_with("iesna:lm-63-1995") &&
+                    !standard.starts_with("iesna:lm-63-2002") &&
+                    !standard.starts_with("ies:lm-63-2019");
   auto tilt = tilt_of(line);
   while (!tilt) {
     if (in.at_end()) {
@@ -219,11 +211,11 @@ Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& 
     }
     tilt = tilt_of(in.line());
   }
-  if (*tilt == "NONE") {
+  if (equal_ignoring_case(*tilt, "NONE")) {
     return ok_status();
   }
   warnings.emplace_back("a light profile has factors for tilted lamps (TILT), which were ignored");
-  if (*tilt != "INCLUDE") {
+  if (!equal_ignoring_case(*tilt, "INCLUDE")) {
     return ok_status();  // they are in another file
   }
   double geometry = 0;

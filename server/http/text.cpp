@@ -8,8 +8,6 @@
 namespace server {
 namespace {
 
-char to_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
 constexpr std::array<bool, 256> make_token_table() {
   std::array<bool, 256> table = {};
   constexpr std::string_view kTokenChars =
@@ -41,12 +39,6 @@ bool ends_with_percentage(std::string_view text) {
 }
 
 }  // namespace
-
-bool equal_ignoring_case(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-           return to_lower(x) == to_lower(y);
-         });
-}
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
@@ -169,9 +161,7 @@ std::optional<std::string> base_path(std::string_view text) {
 }
 
 std::string media_type(std::string_view content_type) {
-  std::string type(trim(content_type.substr(0, content_type.find(';'))));
-  std::transform(type.begin(), type.end(), type.begin(), to_lower);
-  return type;
+  return core::in_lower_case(trim(content_type.substr(0, content_type.find(';'))));
 }
 
 }  // namespace server

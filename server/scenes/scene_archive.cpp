@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstddef>
 #include <optional>
 #include <utility>
 
+#include "core/scene_io/convert.h"
 #include "server/scenes/zip_names.h"
 
 namespace server {
@@ -23,16 +23,6 @@ std::string_view folder_of(std::string_view path) {
 
 std::string_view last_part(std::string_view path) { return path.substr(path.rfind('/') + 1); }
 
-/// Returns the extension in lower case, with its dot.
-std::string extension_of(std::string_view path) {
-  const std::string_view file = last_part(path);
-  const auto dot = file.rfind('.');
-  std::string text(dot == std::string_view::npos ? std::string_view() : file.substr(dot));
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// Resolves `uri` against the folder of `document`; empty when it leaves the archive.
 std::optional<std::string> path_in_archive(std::string_view document, std::string_view uri) {
   const std::string_view folder = folder_of(document);
@@ -47,19 +37,18 @@ std::string stem_of(std::string_view path) {
 }
 
 /// Formats of models that are not read, and archives in the archive, named to explain a refusal.
-constexpr std::array<std::string_view, 12> kOtherFormats = {".zip", ".7z",  ".rar",   ".usdz",
-                                                            ".fbx", ".obj", ".blend", ".dae",
-                                                            ".stl", ".ply", ".max",   ".usd"};
+constexpr std::array<std::string_view, 12> kOtherFormats = {
+    "zip", "7z", "rar", "usdz", "fbx", "obj", "blend", "dae", "stl", "ply", "max", "usd"};
 
 Error without_document(const std::vector<ZipEntry>& entries) {
   std::string text = "the archive contains no .glb and no .gltf";
   for (const std::string_view extension : kOtherFormats) {
     const auto other =
         std::find_if(entries.begin(), entries.end(), [extension](const ZipEntry& entry) {
-          return !is_from_macos(entry.name) && extension_of(entry.name) == extension;
+          return !is_from_macos(entry.name) && core::extension_of_name(entry.name) == extension;
         });
     if (other != entries.end()) {
-      const bool is_archive = extension == ".zip" || extension == ".7z" || extension == ".rar";
+      const bool is_archive = extension == "zip" || extension == "7z" || extension == "rar";
       text += is_archive ? "; it contains another archive, \"" + other->name +
                                "\": unpack that one and upload it, if it contains glTF"
                          : "; \"" + other->name + "\" has a format that is not read";
@@ -98,8 +87,8 @@ core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries
   std::vector<const ZipEntry*> topmost;
   std::ptrdiff_t least = 0;
   for (const ZipEntry& entry : entries) {
-    const std::string extension = extension_of(entry.name);
-    if ((extension != ".glb" && extension != ".gltf") || is_from_macos(entry.name)) {
+    const std::string extension = core::extension_of_name(entry.name);
+    if ((extension != "glb" && extension != "gltf") || is_from_macos(entry.name)) {
       continue;
     }
     const auto depth = std::count(entry.name.begin(), entry.name.end(), '/');

@@ -8,22 +8,16 @@
 #include <cstring>
 #include <string_view>
 
+#include "core/base/text.h"
 #include "core/scene_io/assimp/words.h"
 
 namespace core {
 namespace {
 
-std::string small_letters(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
-
 /// Whether a word is NaN or infinite, as programs write them.
 bool is_not_finite(std::string_view word) {
   word.remove_prefix(!word.empty() && (word.front() == '-' || word.front() == '+') ? 1 : 0);
-  const std::string begin = small_letters(word.substr(0, 3));
+  const std::string begin = in_lower_case(word.substr(0, 3));
   return begin == "nan" || begin == "inf";
 }
 
@@ -104,11 +98,11 @@ class ObjMender {
   /// names: several, or one with spaces.
   void add_libraries(std::string_view names) {
     const bool is_one = std::any_of(files_.begin(), files_.end(), [&](const ModelFile& file) {
-      return is_same_name(last_part(file.name), last_part(names));
+      return equal_ignoring_case(last_part(file.name), last_part(names));
     });
     const auto words = is_one ? std::vector{names} : words_of(names);
     const bool are_files = std::all_of(words.begin(), words.end(), [](std::string_view word) {
-      return small_letters(word).ends_with(".mtl");
+      return in_lower_case(word).ends_with(".mtl");
     });
     for (const std::string_view name : are_files ? words : std::vector{names}) {
       out_ += "mtllib ";
@@ -154,7 +148,7 @@ std::string mend_stl(Bytes& file) {
     std::memcpy(&triangles, &file[kStlHead - sizeof(triangles)], sizeof(triangles));
   }
   const bool is_binary = file.size() == kStlHead + std::size_t{triangles} * kStlTriangle;
-  if (is_binary || !small_letters(trimmed(text_of(file)).substr(0, 5)).starts_with("solid")) {
+  if (is_binary || !in_lower_case(trimmed(text_of(file)).substr(0, 5)).starts_with("solid")) {
     return check_binary_stl(file);
   }
   std::string out;
@@ -165,9 +159,9 @@ std::string mend_stl(Bytes& file) {
       continue;
     }
     const std::size_t end = std::min(line.find_first_of(kSpaces), line.size());
-    const std::string keyword = small_letters(line.substr(0, end));
+    const std::string keyword = in_lower_case(line.substr(0, end));
     const bool is_named = keyword == "solid" || keyword == "endsolid";
-    out += keyword + (is_named ? std::string(line.substr(end)) : small_letters(line.substr(end)));
+    out += keyword + (is_named ? std::string(line.substr(end)) : in_lower_case(line.substr(end)));
     out += '\n';
     if (keyword == "vertex") {
       if (std::string fault = fault_of(words_of(line), lines.number()); !fault.empty()) {

@@ -21,6 +21,7 @@
 #include <assimp/scene.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/text.h"
 #include "core/color/srgb.h"
 #include "core/scene_io/assimp/check_ply.h"
 #include "core/scene_io/assimp/mend_text.h"
@@ -66,7 +67,8 @@ constexpr std::array<std::string_view, 20> kRead = {
 std::set<std::string> left_out(const std::vector<ModelFile>& files) {
   std::set<std::string> out;
   for (const ModelFile& file : files) {
-    if (file.name.size() < 4 || !is_same_name(file.name.substr(file.name.size() - 4), ".mtl")) {
+    if (file.name.size() < 4 ||
+        !equal_ignoring_case(file.name.substr(file.name.size() - 4), ".mtl")) {
       continue;
     }
     std::istringstream lines(
@@ -114,7 +116,7 @@ class Files : public Assimp::IOSystem {
       return last_part(file.name) == last_part(name);
     };
     const auto is_alike = [&](const ModelFile& file) {  // as Windows and macOS find it
-      return is_same_name(last_part(file.name), last_part(name));
+      return equal_ignoring_case(last_part(file.name), last_part(name));
     };
     auto found = std::find_if(files_.begin(), files_.end(), is_it);
     found = found != files_.end() ? found : std::find_if(files_.begin(), files_.end(), is_alike);

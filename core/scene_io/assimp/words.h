@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <string_view>
 #include <vector>
@@ -65,12 +64,6 @@ inline Bytes bytes_of(std::string_view text) {
 
 inline std::string_view last_part(std::string_view name) {
   return name.substr(name.find_last_of("/\\") + 1);
-}
-
-inline bool is_same_name(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [&](char x, char y) { return lower(x) == lower(y); });
 }
 
 }  // namespace core

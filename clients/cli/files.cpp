@@ -1,7 +1,6 @@
 #include "clients/cli/files.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -9,7 +8,6 @@
 #include <sstream>
 #include <system_error>
 
-#include <openssl/sha.h>
 #include <unistd.h>
 
 #include "core/base/file_names.h"
@@ -237,17 +235,6 @@ core::Result<std::string> side_file_path(const std::string& folder, std::string_
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
   return end == home.end() ? core::Result<std::string>(file.string()) : outside;
-}
-
-std::string sha256_hex(std::string_view bytes) {
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : digest) {
-    text += {kDigits[byte >> 4U], kDigits[byte & 15U]};
-  }
-  return text;
 }
 
 }  // namespace cli

@@ -6,13 +6,11 @@
 #include <utility>
 
 #include "clients/cli/files.h"
+#include "core/base/file_names.h"
+#include "core/base/text.h"
 
 namespace cli {
 namespace {
-
-std::string last_part(std::string_view name) {
-  return std::string(name.substr(name.find_last_of("/\\") + 1));
-}
 
 /// Returns the text after its first word.
 std::string_view without_first(std::string_view text) {
@@ -28,11 +26,8 @@ std::vector<std::string> obj_references(std::string_view text) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string_view line = text.substr(at, end - at);
+    const std::string_view line = core::trimmed(text.substr(at, end - at), " \t\r");
     at = end + 1;
-    const std::size_t last = line.find_last_not_of(" \t\r");
-    line = line.substr(0, last == std::string_view::npos ? 0 : last + 1);
-    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
     if (line.starts_with("mtllib ") || line.starts_with("map_") || line.starts_with("norm ")) {
       out.emplace_back(without_first(line));
     }
@@ -55,10 +50,10 @@ struct Reference {
 std::optional<Reference> find_reference(const std::string& folder, std::string_view reference) {
   for (std::string_view name = reference; !name.empty(); name = without_first(name)) {
     if (auto place = side_file_path(folder, name)) {
-      return Reference{last_part(name), *std::move(place)};
+      return Reference{std::string(core::last_part(name)), *std::move(place)};
     }
   }
-  const std::string last = last_part(reference);
+  const std::string last(core::last_part(reference));
   auto place = side_file_path(folder, last);
   return place ? std::optional(Reference{last, *std::move(place)}) : std::nullopt;
 }
@@ -70,7 +65,7 @@ core::Result<std::vector<NamedFile>> read_model_files(const std::string& path) {
   if (!model) {
     return model.error();
   }
-  std::vector<NamedFile> files = {{last_part(path), *std::move(model)}};
+  std::vector<NamedFile> files = {{std::string(core::last_part(path)), *std::move(model)}};
   // An OBJ names files of materials, and those name textures. Missing ones are a note.
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::string extension = extension_of(files[i].name);

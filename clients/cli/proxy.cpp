@@ -28,15 +28,8 @@ bool is_of_this_machine(const std::string& host) {
 bool is_exempt(std::string_view list, const std::string& host, int port) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(','), list.size());
-    std::string_view entry = list.substr(0, end);
+    std::string name = core::in_lower_case(core::trimmed(list.substr(0, end), " "));
     list.remove_prefix(std::min(end + 1, list.size()));
-    while (!entry.empty() && entry.front() == ' ') {
-      entry.remove_prefix(1);
-    }
-    while (!entry.empty() && entry.back() == ' ') {
-      entry.remove_suffix(1);
-    }
-    std::string name = core::in_lower_case(entry);
     const std::string own_port = ":" + std::to_string(port);
     if (name.ends_with(own_port)) {
       name.resize(name.size() - own_port.size());

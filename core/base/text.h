@@ -1,7 +1,9 @@
-/// Text whose rules are those of ASCII in every locale: letters without case.
+/// Text whose rules are those of ASCII in every locale: letters without case, blanks, hexadecimal
+/// digits.
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -21,6 +23,29 @@ inline std::string in_lower_case(std::string_view text) {
 inline bool equal_ignoring_case(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](char x, char y) { return to_lower(x) == to_lower(y); });
+}
+
+/// Returns the text without the blanks at both ends.
+constexpr std::string_view trimmed(std::string_view text, std::string_view blanks) {
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);  // npos + 1 is 0
+}
+
+/// Returns the value of a hexadecimal digit in either case; -1 for other characters.
+constexpr int hex_digit(char c) {
+  const char lower = to_lower(c);
+  return c >= '0' && c <= '9' ? c - '0' : lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+/// Returns two lower-case hexadecimal digits for each byte.
+inline std::string hex(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text;
 }
 
 }  // namespace core

@@ -15,6 +15,7 @@ namespace {
 
 /// Limit of values and of their factor; floats can hold sums of the product.
 constexpr double kCandelaMax = 1e9;
+constexpr std::string_view kBlanks = " \t\r";
 
 /// Formats a number for messages: 90, 22.5.
 std::string shown(double value) {
@@ -23,22 +24,14 @@ std::string shown(double value) {
   return {text, end};
 }
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string_view::npos
-             ? std::string_view()
-             : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
-}
-
 /// Returns what stands after the `=` of a TILT line; empty for other lines.
 std::optional<std::string_view> tilt_of(std::string_view line) {
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos ||
-      !equal_ignoring_case(trimmed(line.substr(0, equals)), "TILT")) {
+      !equal_ignoring_case(trimmed(line.substr(0, equals), kBlanks), "TILT")) {
     return std::nullopt;
   }
-  return trimmed(line.substr(equals + 1));
+  return trimmed(line.substr(equals + 1), kBlanks);
 }
 
 class Reader {
@@ -51,7 +44,7 @@ class Reader {
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
     const std::string_view line = text_.substr(at_, end - at_);
     at_ = std::min(end + 1, text_.size());
-    return trimmed(line);
+    return trimmed(line, kBlanks);
   }
 
   /// Reads a number; numbers are separated by blanks, line ends or commas. `to` is unchanged on

@@ -19,20 +19,6 @@ constexpr std::array<bool, 256> make_token_table() {
 }
 constexpr std::array<bool, 256> kIsTokenChar = make_token_table();
 
-/// Returns -1 for a character that is not a hexadecimal digit.
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') {
-    return c - '0';
-  }
-  if (c >= 'a' && c <= 'f') {
-    return c - 'a' + 10;
-  }
-  if (c >= 'A' && c <= 'F') {
-    return c - 'A' + 10;
-  }
-  return -1;
-}
-
 bool ends_with_percentage(std::string_view text) {
   return text.size() > 1 && text.back() == '%' && text[text.size() - 2] >= '0' &&
          text[text.size() - 2] <= '9';
@@ -40,13 +26,7 @@ bool ends_with_percentage(std::string_view text) {
 
 }  // namespace
 
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
+std::string_view trim(std::string_view text) { return core::trimmed(text, " \t"); }
 
 bool is_token(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
@@ -106,8 +86,8 @@ std::optional<std::string> percent_decode(std::string_view text, PlusSign plus) 
       if (i + 2 >= text.size()) {
         return std::nullopt;
       }
-      const int high = hex_value(text[i + 1]);
-      const int low = hex_value(text[i + 2]);
+      const int high = core::hex_digit(text[i + 1]);
+      const int low = core::hex_digit(text[i + 2]);
       if (high < 0 || low < 0 || (high == 0 && low == 0)) {
         return std::nullopt;
       }

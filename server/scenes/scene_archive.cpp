@@ -21,8 +21,6 @@ std::string_view folder_of(std::string_view path) {
   return slash == std::string_view::npos ? std::string_view() : path.substr(0, slash);
 }
 
-std::string_view last_part(std::string_view path) { return path.substr(path.rfind('/') + 1); }
-
 /// Resolves `uri` against the folder of `document`; empty when it leaves the archive.
 std::optional<std::string> path_in_archive(std::string_view document, std::string_view uri) {
   const std::string_view folder = folder_of(document);
@@ -32,7 +30,7 @@ std::optional<std::string> path_in_archive(std::string_view document, std::strin
 }
 
 std::string stem_of(std::string_view path) {
-  const std::string_view file = last_part(path);
+  const std::string_view file = core::last_part(path);
   return core::folded_name(file.substr(0, file.rfind('.')));
 }
 
@@ -70,7 +68,7 @@ const ZipEntry* chosen_form(const std::vector<const ZipEntry*>& documents) {
   }
   for (const std::string_view form : {"gltf-binary", "gltf"}) {
     const auto is_form = [form](const ZipEntry* each) {
-      return core::folded_name(last_part(folder_of(each->name))) == form;
+      return core::folded_name(core::last_part(folder_of(each->name))) == form;
     };
     const auto found = std::find_if(documents.begin(), documents.end(), is_form);
     if (found != documents.end() &&

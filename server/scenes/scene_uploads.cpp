@@ -215,16 +215,13 @@ core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
                                                                const SceneOrigin& origin) {
   core::FileNames names;
   core::FileNames last_parts;
-  const auto last_part = [](std::string_view name) {
-    return std::string(name.substr(name.find_last_of("/\\") + 1));
-  };
   for (const SideFile& side : sides) {
     names.add(side.name);
-    last_parts.add(last_part(side.name));
+    last_parts.add(std::string(core::last_part(side.name)));
   }
   const auto find = [&](std::string_view name) -> const SideFile* {
     auto at = names.find(name);
-    at = at ? at : last_parts.find(last_part(name));
+    at = at ? at : last_parts.find(core::last_part(name));
     return at ? &sides[*at] : nullptr;
   };
   const FindFile files = {

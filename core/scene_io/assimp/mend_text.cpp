@@ -8,6 +8,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "core/base/file_names.h"
 #include "core/base/text.h"
 #include "core/scene_io/assimp/words.h"
 

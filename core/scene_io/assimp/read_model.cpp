@@ -21,6 +21,7 @@
 #include <assimp/scene.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/file_names.h"
 #include "core/base/text.h"
 #include "core/color/srgb.h"
 #include "core/scene_io/assimp/check_ply.h"

@@ -1,4 +1,4 @@
-/// Lines and words of text files, and names of files.
+/// Lines and words of text files.
 #pragma once
 
 #include <algorithm>
@@ -6,17 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/scene_io/gltf_load.h"
 
 namespace core {
 
 constexpr std::string_view kSpaces = " \t\r\v\f";
 
-inline std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = std::min(text.find_first_not_of(" \t\r\v\f\n"), text.size());
-  const std::size_t last = text.find_last_not_of(" \t\r\v\f\n");
-  return last == std::string_view::npos ? std::string_view() : text.substr(begin, last + 1 - begin);
-}
+inline std::string_view trimmed(std::string_view text) { return trimmed(text, " \t\r\v\f\n"); }
 
 inline std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> out;
@@ -60,10 +57,6 @@ inline std::string_view text_of(const Bytes& bytes) {
 inline Bytes bytes_of(std::string_view text) {
   const auto* const first = reinterpret_cast<const std::byte*>(text.data());
   return Bytes(first, first + text.size());
-}
-
-inline std::string_view last_part(std::string_view name) {
-  return name.substr(name.find_last_of("/\\") + 1);
 }
 
 }  // namespace core

@@ -241,7 +241,7 @@ core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
 
 core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const SceneOrigin& origin) {
   const core::Bytes archive = std::move(upload.content);
-  const auto entries = read_zip_directory(archive, options_.zip);
+  const auto entries = core::read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
   }
@@ -250,15 +250,15 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
     return main.error();
   }
   // Several names may refer to one entry, which is unpacked once.
-  std::map<const ZipEntry*, core::SharedBytes> unpacked;
-  const auto unpack = [&](const ZipEntry& entry,
+  std::map<const core::ZipEntry*, core::SharedBytes> unpacked;
+  const auto unpack = [&](const core::ZipEntry& entry,
                           MemoryGate::Lease& lease) -> core::Result<core::SharedBytes> {
     core::SharedBytes& content = unpacked[&entry];
     if (!content) {
       if (auto room = lease.grow(entry.bytes); !room) {
         return room.error();
       }
-      auto bytes = read_zip_entry(archive, entry);
+      auto bytes = core::read_zip_entry(archive, entry);
       if (!bytes) {
         return bytes.error();
       }

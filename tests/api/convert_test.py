@@ -122,6 +122,7 @@ MENDED = (
     ("BOX.PLY", ply(), 12, "metres"),
     ("upper.stl", stl_text().upper(), 12, ""),
     ("blank.stl", b"\n\n" + stl_text().replace(b"\n", b"\n  \n"), 12, ""),
+    ("windows.3mf", threemf().replace(b"3D/3d", b"3D\\3d"), 12, "inch"),
 )
 BINARY_PLY = (
     b"ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
@@ -148,6 +149,8 @@ REFUSED = (
     ("five.3mf", threemf(transform="1 0 0 0 1"), 'the transform "1 0 0 0 1" is not 12 numbers'),
     ("none.3mf", threemf(transform=""), 'the transform "" is not 12 numbers'),
     ("word.3mf", threemf(transform="1 0 0 0 1 0 0 0 x 0 0 0"), "is not 12 numbers"),
+    ("cut.3mf", threemf()[:-1], "the file is cut short"),
+    ("moved.3mf", b"PK" + threemf(), "the central directory is cut short"),
 )
 
 

@@ -3,68 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
-#include <zlib.h>
-
+#include "core/base/invalid.h"
+#include "core/base/zip_reader.h"
 #include "core/scene_io/assimp/words.h"
 
 namespace core {
 namespace {
-
-/// A zip archive (APPNOTE.TXT 6.3.3, 4.3.7 and 4.3.12).
-class Archive {
- public:
-  explicit Archive(std::string_view zip) : zip_(zip) {}
-
-  /// Goes to the next entry; false at the end.
-  bool next() {
-    at_ = zip_.find("PK\x01\x02", at_ == 0 ? 0 : at_ + 4);
-    at_ = at_ == std::string_view::npos ? zip_.size() : at_;
-    return at_ < zip_.size();
-  }
-  std::string_view name() const {
-    return zip_.substr(std::min(at_ + 46, zip_.size()), number(at_ + 28, 2));
-  }
-  /// Returns at most `bytes_max` of the content, up to the first damage.
-  std::string content(std::size_t bytes_max) const {
-    const std::size_t local = number(at_ + 42, 4);
-    const std::size_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
-    const std::string_view packed = zip_.substr(std::min(begin, zip_.size()), number(at_ + 20, 4));
-    if (number(at_ + 10, 2) == 0) {  // stored
-      return std::string(packed.substr(0, bytes_max));
-    }
-    z_stream stream{};
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());
-    if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) {
-      return "";
-    }
-    std::string text;
-    for (int status = Z_OK; status == Z_OK && text.size() < bytes_max;) {
-      constexpr std::size_t kStep = 65536;
-      const std::size_t done = text.size();
-      text.resize(std::min(bytes_max, done + kStep));
-      stream.next_out = reinterpret_cast<Bytef*>(&text[done]);
-      stream.avail_out = static_cast<uInt>(text.size() - done);
-      status = inflate(&stream, Z_SYNC_FLUSH);
-      text.resize(text.size() - stream.avail_out);
-    }
-    inflateEnd(&stream);
-    return text;
-  }
-
- private:
-  std::size_t number(std::size_t at, std::size_t bytes) const {
-    std::size_t value = 0;
-    for (std::size_t i = bytes; i-- > 0;) {
-      value = value << 8U | (at + i < zip_.size() ? static_cast<unsigned char>(zip_[at + i]) : 0U);
-    }
-    return value;
-  }
-
-  std::string_view zip_;
-  std::size_t at_ = 0;
-};
 
 bool is_finite_number(std::string_view word) {
   const std::string text(word);
@@ -104,36 +50,42 @@ std::string check_transforms(std::string_view model) {
   return "";
 }
 
-}  // namespace
-
-std::string unit_of_3mf(const Bytes& file) {
-  constexpr std::size_t kHead = 65536;  // of a model, with its first element
-  std::string text;
-  for (Archive archive(text_of(file)); text.empty() && archive.next();) {
-    text = archive.name() == "3D/3dmodel.model" ? archive.content(kHead) : "";
-  }
-  const std::size_t model = text.find("<model");
-  const std::string head =
-      model == std::string::npos ? "" : text.substr(model, text.find('>', model) - model);
+/// Returns the unit that a model names in its first element.
+std::string unit_of(std::string_view model) {
+  model.remove_prefix(std::min(model.find("<model"), model.size()));
+  const std::string_view head = model.substr(0, model.find('>'));
   const std::size_t unit = head.find("unit=");
-  if (unit == std::string::npos || unit + 6 > head.size()) {
+  if (unit == std::string_view::npos || unit + 6 > head.size()) {
     return "millimeter";  // the specification's default
   }
   const std::size_t end = head.find(head[unit + 5], unit + 6);
-  return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
+  return std::string(end == std::string_view::npos ? "" : head.substr(unit + 6, end - unit - 6));
 }
 
-std::string check_3mf(const Bytes& file) {
-  for (Archive archive(text_of(file)); archive.next();) {
-    if (!archive.name().ends_with(".model")) {
+}  // namespace
+
+Result<std::string> check_3mf(const Bytes& file) {
+  const auto entries = read_zip_directory(file, {});
+  if (!entries) {
+    return entries.error();
+  }
+  std::string unit = unit_of("");
+  for (const ZipEntry& entry : *entries) {
+    if (!entry.name.ends_with(".model")) {
       continue;
     }
-    // Memory is limited by the process.
-    if (std::string fault = check_transforms(archive.content(std::string::npos)); !fault.empty()) {
-      return fault;
+    const auto model = read_zip_entry(file, entry);  // Memory is limited by the process.
+    if (!model) {
+      return model.error();
+    }
+    if (std::string fault = check_transforms(text_of(*model)); !fault.empty()) {
+      return invalid(std::move(fault));
+    }
+    if (entry.name == "3D/3dmodel.model") {
+      unit = unit_of(text_of(*model));
     }
   }
-  return "";
+  return unit;
 }
 
 }  // namespace core

@@ -451,7 +451,7 @@ std::string mend(const std::string& extension, std::vector<ModelFile>& files,
   return extension == "obj"   ? mend_obj(files, notes)
          : extension == "stl" ? mend_stl(content)
          : extension == "ply" ? check_ply(content)
-                              : check_3mf(content);
+                              : "";
 }
 
 }  // namespace
@@ -465,7 +465,8 @@ ReadModel read_model(const std::string& extension, std::vector<ModelFile> files)
     out.fault = "its format is not known";
     return out;
   }
-  out.fault = mend(extension, files, out.notes);
+  const auto unit = extension == "3mf" ? check_3mf(files.front().content) : std::string();
+  out.fault = unit ? mend(extension, files, out.notes) : unit.error().message;
   if (!out.fault.empty()) {
     return out;
   }
@@ -491,10 +492,9 @@ ReadModel read_model(const std::string& extension, std::vector<ModelFile> files)
   }
   double metres = convention->metres;
   if (extension == "3mf") {
-    const std::string unit = unit_of_3mf(files.front().content);
-    const auto known = metres_of(unit);
+    const auto known = metres_of(*unit);
     metres = known.value_or(metres);
-    out.notes.push_back("3MF: " + (known ? unit : "unknown unit, millimeter") + ", z up.");
+    out.notes.push_back("3MF: " + (known ? *unit : "unknown unit, millimeter") + ", z up.");
   } else {
     out.notes.emplace_back(convention->note);
   }

@@ -1,4 +1,4 @@
-/// Helpers shared by the tests of the server: a temporary folder, bytes, small films, a zip writer.
+/// Helpers shared by the tests of the server: a temporary folder, bytes, small films.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/film/film.h"
-#include "core/scene_io/gltf_load.h"
 
 namespace test_support {
 
@@ -25,7 +24,6 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-core::Bytes bytes_of(std::string_view text);
 std::string read_file(const std::string& path);
 void write_file(const std::string& path, std::string_view content);
 /// Flips one bit of the file.
@@ -35,13 +33,6 @@ void damage_file(const std::string& path, std::uint64_t offset);
 core::FilmSettings small_film();
 /// A tile in which every value is a function of (tile, samples).
 core::TileState made_tile(const core::Film& film, int tile, int samples);
-
-struct ZipFile {
-  std::string name;
-  std::string content;
-  bool deflate = false;
-};
-std::string make_zip(const std::vector<ZipFile>& files);
 
 /// A glTF document of one triangle whose buffer is the file `uri`; the buffer's content.
 std::string triangle_gltf(std::string_view uri);

@@ -14,6 +14,8 @@
 #include <fcntl.h>
 #include <zlib.h>
 
+#include "core/base/byte_order.h"
+
 namespace server {
 
 using core::Error;
@@ -98,13 +100,6 @@ bool is_whole_png(int fd, const std::string& path) {
     at += bytes;
     return got && *got == bytes;
   };
-  const auto number = [&piece](std::size_t offset) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      value = value << 8U | std::to_integer<std::uint32_t>(piece[offset + i]);
-    }
-    return value;
-  };
   const auto sum = [&piece](std::uint32_t before, std::size_t offset, std::size_t bytes) {
     return static_cast<std::uint32_t>(
         ::crc32_z(before, reinterpret_cast<const Bytef*>(piece.data() + offset), bytes));
@@ -118,9 +113,9 @@ bool is_whole_png(int fd, const std::string& path) {
     if (!read(8)) {
       return false;
     }
-    type = number(4);
+    type = core::u32_big(piece, 4);
     std::uint32_t crc = sum(0, 4, 4);
-    for (std::size_t left = number(0); left > 0;) {
+    for (std::size_t left = core::u32_big(piece, 0); left > 0;) {
       const std::size_t bytes = std::min(left, piece.size());
       if (!read(bytes)) {
         return false;
@@ -128,7 +123,7 @@ bool is_whole_png(int fd, const std::string& path) {
       crc = sum(crc, 0, bytes);
       left -= bytes;
     }
-    if (!read(4) || number(0) != crc) {
+    if (!read(4) || core::u32_big(piece, 0) != crc) {
       return false;
     }
   }

@@ -49,7 +49,7 @@ bool is_json(std::string_view content_type) {
 }
 
 std::unique_ptr<Channel> make_channel(const HttpLimits& limits, const TlsContext* tls, int fd) {
-  const WritePace pace = {.stall = limits.write_stall};
+  const Pace pace = {.stall = limits.write_stall};
   if (tls != nullptr) {
     return std::make_unique<TlsChannel>(*tls, fd, pace);
   }
@@ -212,7 +212,7 @@ bool Connection::serve_one() {
 Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, Outcome& outcome) {
   RequestBody body(
       channel_, inbox_, parsed.framing,
-      {.idle = limits_.body_idle, .min_bytes_per_second = limits_.body_min_bytes_per_second});
+      {.stall = limits_.body_idle, .min_bytes_per_second = limits_.body_min_bytes_per_second});
   request.watch_client = [this] { return watch_client().stop.get_token(); };
   StreamSlot place;
   request.place = &place;

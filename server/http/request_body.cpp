@@ -192,18 +192,14 @@ std::optional<std::string> RequestBody::take_line() {
 bool RequestBody::fill() {
   const auto start = Clock::now();
   const std::size_t bytes_before = inbox_.unread().size();
-  const Channel::Status status = inbox_.fill(start + pace_.idle, kPieceBytes);
+  const Channel::Status status = inbox_.fill(start + pace_.stall, kPieceBytes);
   waited_ += Clock::now() - start;
   received_bytes_ += inbox_.unread().size() - bytes_before;
   if (status == Channel::Status::kClosed) {
     fail(Failure::kDisconnected);
     return false;
   }
-  const double waited_seconds = std::chrono::duration<double>(waited_).count();
-  const bool is_too_slow =
-      waited_ > pace_.idle && static_cast<double>(received_bytes_) <
-                                  waited_seconds * static_cast<double>(pace_.min_bytes_per_second);
-  if (status == Channel::Status::kTimeout || is_too_slow) {
+  if (status == Channel::Status::kTimeout || !pace_.allows(waited_, received_bytes_)) {
     fail(Failure::kTimeout);
     return false;
   }

@@ -25,6 +25,7 @@
 #include <unistd.h>
 
 #include "core/base/descriptor.h"
+#include "core/base/temporary_folder.h"
 #include "core/base/text.h"
 #include "core/scene_io/convert_protocol.h"
 #include "core/scene_io/system_calls.h"
@@ -212,28 +213,6 @@ Result<Converted> by_helper(std::span<const FileToConvert> files, const std::str
   }
   return converted;
 }
-
-/// A folder of its own, removed by the destructor.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::error_code none;
-    std::string path = (std::filesystem::temp_directory_path(none) / "tessera-XXXXXX").string();
-    path_ = ::mkdtemp(path.data()) != nullptr ? path : "";
-  }
-  ~TemporaryFolder() {
-    std::error_code none;
-    if (!path_.empty()) {
-      std::filesystem::remove_all(path_, none);
-    }
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 bool write_file(const std::string& path, std::span<const std::byte> content) {
   const UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));

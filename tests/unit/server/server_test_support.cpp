@@ -1,25 +1,11 @@
 #include "tests/unit/server/server_test_support.h"
 
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 
-#include "core/base/check.h"
-
 namespace test_support {
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "tessera-test-XXXXXX").string();
-  CHECK(::mkdtemp(name.data()) != nullptr);
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code code;
-  std::filesystem::remove_all(path_, code);
-}
 
 std::string read_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

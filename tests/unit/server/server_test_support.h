@@ -2,26 +2,20 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/check.h"
+#include "core/base/temporary_folder.h"
 #include "core/film/film.h"
 
 namespace test_support {
 
-class TemporaryFolder {
+class TemporaryFolder : public core::TemporaryFolder {
  public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::string path() const { return path_.string(); }
-  std::string file(std::string_view name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
+  TemporaryFolder() { CHECK(!path().empty()); }
+  std::string file(std::string_view name) const { return path() + "/" + std::string(name); }
 };
 
 std::string read_file(const std::string& path);

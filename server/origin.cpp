@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 #include <utility>
 
@@ -26,10 +25,8 @@ bool is_name(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('.'), text.size());
     const std::string_view label = text.substr(0, end);
-    const bool is_label = std::all_of(label.begin(), label.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '-' || c == '_';
-    });
-    if (label.empty() || !is_label || label.front() == '-' || label.back() == '-') {
+    if (label.empty() || !core::is_word(label, "-_") || label.front() == '-' ||
+        label.back() == '-') {
       return false;
     }
     if (end == text.size()) {

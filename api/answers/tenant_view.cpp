@@ -11,6 +11,7 @@
 #include "api/json/time_text.h"
 #include "api/json/values.h"
 #include "api/json/view_rows.h"
+#include "core/base/text.h"
 
 namespace api {
 namespace {
@@ -242,13 +243,7 @@ std::string new_key_json(const KeyView& key, std::string_view token) {
 
 Parsed<KeyRequest> parse_key_request(std::string_view body) {
   auto parsed = parse_body<KeyRequest>(key_request_table(), body);
-  constexpr std::string_view kOthers = "._-";
-  const auto is_allowed = [&](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           kOthers.find(c) != std::string_view::npos;
-  };
-  if (parsed && parsed->tenant &&
-      !std::all_of(parsed->tenant->begin(), parsed->tenant->end(), is_allowed)) {
+  if (parsed && parsed->tenant && !core::is_word(*parsed->tenant, "._-")) {
     Faults faults;
     faults.add("/tenant",
                shown(Json(*parsed->tenant)) + " may contain only letters, digits and ._-");

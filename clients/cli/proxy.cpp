@@ -1,7 +1,6 @@
 #include "clients/cli/proxy.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstddef>
 #include <string_view>
@@ -89,11 +88,7 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
       return unusable;
     }
   }
-  constexpr std::string_view kOfNames = "-._:[]";
-  const bool is_name = std::all_of(proxy.host.begin(), proxy.host.end(), [&](unsigned char c) {
-    return std::isalnum(c) != 0 || kOfNames.find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (proxy.host.empty() || !is_name) {
+  if (proxy.host.empty() || !core::is_word(proxy.host, "-._:[]")) {
     return unusable;
   }
   return std::optional(proxy);

@@ -63,9 +63,7 @@ std::string percent_encode(std::string_view text) {
   constexpr std::string_view kMarks = "-._~";
   std::string encoded;
   for (const char c : text) {
-    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
-                          (c >= 'A' && c <= 'Z') || kMarks.find(c) != std::string_view::npos;
-    if (is_plain) {
+    if (is_letter_or_digit(c) || kMarks.find(c) != std::string_view::npos) {
       encoded += c;
       continue;
     }

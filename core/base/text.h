@@ -1,5 +1,4 @@
-/// Text whose rules are those of ASCII in every locale: letters without case, blanks, hexadecimal
-/// digits.
+/// Text whose rules are those of ASCII in every locale: letters, digits and blanks.
 #pragma once
 
 #include <algorithm>
@@ -25,10 +24,29 @@ inline bool equal_ignoring_case(std::string_view a, std::string_view b) {
                     [](char x, char y) { return to_lower(x) == to_lower(y); });
 }
 
+constexpr bool is_letter_or_digit(char c) {
+  const char lower = to_lower(c);
+  return (c >= '0' && c <= '9') || (lower >= 'a' && lower <= 'z');
+}
+
+/// Returns whether a text has letters, digits and characters of `others` only, or nothing.
+inline bool is_word(std::string_view text, std::string_view others = {}) {
+  return std::all_of(text.begin(), text.end(), [others](char c) {
+    return is_letter_or_digit(c) || others.find(c) != std::string_view::npos;
+  });
+}
+
 /// Returns the text without the blanks at both ends.
 constexpr std::string_view trimmed(std::string_view text, std::string_view blanks) {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
   return text.substr(0, text.find_last_not_of(blanks) + 1);  // npos + 1 is 0
+}
+
+/// That of UTF-8, which some programs for Windows write.
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+constexpr std::string_view without_byte_order_mark(std::string_view text) {
+  return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text;
 }
 
 /// Returns the value of a hexadecimal digit in either case; -1 for other characters.

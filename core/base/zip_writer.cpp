@@ -4,6 +4,7 @@
 
 #include <zlib.h>
 
+#include "core/base/text.h"
 #include "core/base/zip_format.h"
 
 namespace core {
@@ -97,8 +98,7 @@ std::string ZipWriter::end() const {
 std::string file_name_of(std::string_view text) {
   std::string name;
   for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-' ||
+    const bool is_plain = is_letter_or_digit(c) || c == '.' || c == '_' || c == '-' ||
                           static_cast<unsigned char>(c) >= 0x80;  // Part of UTF-8.
     name += is_plain ? c : '_';
   }

@@ -6,6 +6,7 @@
 
 #include "core/base/byte_order.h"
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
@@ -18,10 +19,7 @@ constexpr std::size_t kChunkHeaderBytes = 8;
 
 /// Tests the first byte after white space and a byte order mark, as parsers do.
 bool looks_like_an_object(std::string_view json) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (json.starts_with(kByteOrderMark)) {
-    json.remove_prefix(kByteOrderMark.size());
-  }
+  json = without_byte_order_mark(json);
   const std::size_t first = json.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && json[first] == '{';
 }

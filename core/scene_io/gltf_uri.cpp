@@ -1,7 +1,6 @@
 #include "core/scene_io/gltf_uri.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <iterator>
 #include <utility>
@@ -138,11 +137,7 @@ Error missing_files(const std::vector<std::string>& names,
 
 bool has_scheme(std::string_view uri) noexcept {
   const std::size_t colon = uri.find(':');
-  return colon != std::string_view::npos && colon > 1 &&
-         std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '-' ||
-                  c == '.';
-         });
+  return colon != std::string_view::npos && colon > 1 && is_word(uri.substr(0, colon), "+-.");
 }
 
 }  // namespace core

@@ -190,9 +190,7 @@ struct Head {
 
 /// Reads up to the TILT line. From 1991 on the first line names the standard.
 Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& warnings) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  std::string_view line = in.line();
-  line.remove_prefix(line.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  const std::string_view line = without_byte_order_mark(in.line());
   const std::string standard = in_lower_case(line);
   has_lamp_factor = !standard.starts_with("iesna:lm-63-1995") &&
                     !standard.starts_with("iesna:lm-63-2002") &&

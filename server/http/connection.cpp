@@ -1,6 +1,5 @@
 #include "server/http/connection.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -11,6 +10,7 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include "core/base/text.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 
@@ -23,11 +23,7 @@ constexpr std::string_view kToldToGo = "too many connections wait for a request"
 
 bool is_request_id(std::string_view text) {
   constexpr std::size_t kMaxChars = 128;
-  return !text.empty() && text.size() <= kMaxChars &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                  c == '-' || c == '_' || c == '.';
-         });
+  return !text.empty() && text.size() <= kMaxChars && core::is_word(text, "-_.");
 }
 
 /// Bytes not yet sent above which writing waits (tcp(7), TCP_NOTSENT_LOWAT): a record of TLS.

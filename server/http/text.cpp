@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <limits>
 
 namespace server {
@@ -128,16 +127,13 @@ std::optional<std::string> base_path(std::string_view text) {
   while (text.ends_with('/')) {
     text.remove_suffix(1);
   }
-  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("/-._~").find(static_cast<char>(c)) != std::string_view::npos;
-  });
   const std::string whole = std::string(text) + "/";
   const bool has_steps = std::any_of(kSteps.begin(), kSteps.end(), [&](std::string_view step) {
     return whole.find(step) != std::string::npos;
   });
   const bool is_path = text.empty() || text.front() == '/';
-  return is_plain && is_path && !has_steps ? std::optional<std::string>(text) : std::nullopt;
+  return core::is_word(text, "/-._~") && is_path && !has_steps ? std::optional<std::string>(text)
+                                                               : std::nullopt;
 }
 
 std::string media_type(std::string_view content_type) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "core/base/text.h"
 #include "server/scenes/scene_archive.h"
 #include "server/scenes/scene_service.h"
 
@@ -24,7 +25,7 @@ bool is_material(const std::string& extension) {
 /// By the first bytes; add_file() says what is wrong with the rest.
 bool is_gltf(std::string_view content) {
   const std::size_t first = content.find_first_not_of(" \t\r\n");
-  return content.starts_with("glTF") || content.starts_with("\xEF\xBB\xBF") ||
+  return content.starts_with("glTF") || content.starts_with(core::kByteOrderMark) ||
          first == std::string_view::npos || content[first] == '{';
 }
 

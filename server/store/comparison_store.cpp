@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <map>
@@ -15,6 +14,7 @@
 #include <zlib.h>
 
 #include "core/base/byte_order.h"
+#include "core/image_io/image_size.h"
 
 namespace server {
 
@@ -92,7 +92,6 @@ class StorageUse {
 /// Returns whether the file is a PNG whose chunks all match their checksums. Source: PNG, 3rd
 /// edition, 5.3: length, type, data, and the CRC-32 of type and data.
 bool is_whole_png(int fd, const std::string& path) {
-  constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
   std::vector<std::byte> piece(std::size_t{1} << 16U);
   std::uint64_t at = 0;
   const auto read = [&](std::size_t bytes) {
@@ -104,8 +103,7 @@ bool is_whole_png(int fd, const std::string& path) {
     return static_cast<std::uint32_t>(
         ::crc32_z(before, reinterpret_cast<const Bytef*>(piece.data() + offset), bytes));
   };
-  if (!read(kSignature.size()) ||
-      std::memcmp(piece.data(), kSignature.data(), kSignature.size()) != 0) {
+  if (!read(8) || core::image_kind(std::span(piece).first(8)) != "png") {
     return false;
   }
   constexpr std::uint32_t kEnd = 0x49454E44;  // IEND

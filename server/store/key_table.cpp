@@ -51,12 +51,7 @@ bool read_scopes(std::string_view text, KeyRow& row) {
 
 bool is_tenant_name(std::string_view text) {
   constexpr std::size_t kCharactersMax = 64;
-  constexpr std::string_view kOthers = "._-";
-  return !text.empty() && text.size() <= kCharactersMax &&
-         std::all_of(text.begin(), text.end(), [&](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  kOthers.find(c) != std::string_view::npos;
-         });
+  return !text.empty() && text.size() <= kCharactersMax && core::is_word(text, "._-");
 }
 
 std::string secret_hash(std::string_view secret) {

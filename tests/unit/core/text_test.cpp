@@ -1,4 +1,4 @@
-// Text of ASCII: case, blanks, hexadecimal digits.
+// Text of ASCII: letters, digits and blanks.
 #include "core/base/text.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +12,20 @@ TEST(Text, OnlyTheLettersOfAsciiHaveCase) {
   EXPECT_TRUE(core::equal_ignoring_case("Content-TYPE", "content-type"));
   EXPECT_FALSE(core::equal_ignoring_case("a", "ab"));
   EXPECT_FALSE(core::equal_ignoring_case("@", "`"));  // differ as letters do
+}
+
+TEST(Text, WordsHaveLettersDigitsAndTheOthersThatAreNamed) {
+  EXPECT_TRUE(core::is_word("azAZ09"));
+  EXPECT_TRUE(core::is_word(""));
+  EXPECT_TRUE(core::is_word("a-b.c", "-."));
+  for (const char* text : {"a-b", "a b", "@", "[", "`", "{", "/", ":", "\xE9"}) {
+    EXPECT_FALSE(core::is_word(text)) << text;
+  }
+}
+
+TEST(Text, LosesItsByteOrderMark) {
+  EXPECT_EQ(core::without_byte_order_mark("\xEF\xBB\xBF{}"), "{}");
+  EXPECT_EQ(core::without_byte_order_mark("\xEF\xBB"), "\xEF\xBB");
 }
 
 TEST(Text, IsTrimmedAtBothEnds) {

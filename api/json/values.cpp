@@ -208,6 +208,8 @@ std::string not_available(const Json& value, std::span<const std::string_view> a
   return text;
 }
 
+Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
+
 Json number_json(double value) {
   if (std::abs(value) < core::kExactIntegers && std::trunc(value) == value) {
     return Json(static_cast<std::int64_t>(value));

@@ -49,11 +49,6 @@ bool read_scopes(std::string_view text, KeyRow& row) {
   return row.may_read || row.may_write || row.may_work;
 }
 
-bool is_tenant_name(std::string_view text) {
-  constexpr std::size_t kCharactersMax = 64;
-  return !text.empty() && text.size() <= kCharactersMax && core::is_word(text, "._-");
-}
-
 std::string secret_hash(std::string_view secret) {
   return core::sha256_hex(secret.data(), secret.size());
 }

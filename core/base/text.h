@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <charconv>
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,11 +44,28 @@ constexpr std::string_view trimmed(std::string_view text, std::string_view blank
   return text.substr(0, text.find_last_not_of(blanks) + 1);  // npos + 1 is 0
 }
 
+/// Returns the texts with `between` between two of them.
+template <typename Texts>
+std::string joined(const Texts& texts, std::string_view between) {
+  std::string out;
+  for (const std::string_view text : texts) {
+    out.append(out.empty() ? std::string_view() : between).append(text);
+  }
+  return out;
+}
+
 /// That of UTF-8, which some programs for Windows write.
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 constexpr std::string_view without_byte_order_mark(std::string_view text) {
   return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text;
+}
+
+/// Returns the shortest decimal that reads back as the number: 90, 22.5.
+template <typename Number>
+std::string shortest_text(Number value) {
+  char text[32];
+  return {text, std::to_chars(std::begin(text), std::end(text), value).ptr};
 }
 
 /// Returns the value of a hexadecimal digit in either case; -1 for other characters.

@@ -17,13 +17,6 @@ namespace {
 constexpr double kCandelaMax = 1e9;
 constexpr std::string_view kBlanks = " \t\r";
 
-/// Formats a number for messages: 90, 22.5.
-std::string shown(double value) {
-  char text[32];
-  const auto end = std::to_chars(std::begin(text), std::end(text), value).ptr;
-  return {text, end};
-}
-
 /// Returns what stands after the `=` of a TILT line; empty for other lines.
 std::optional<std::string_view> tilt_of(std::string_view line) {
   const std::size_t equals = line.find('=');
@@ -74,7 +67,8 @@ class Reader {
     }
     if (to < min || to > max) {
       return invalid("line " + std::to_string(line_number()) + ": " + std::string(what) + " is " +
-                     shown(to) + ", outside of [" + shown(min) + ", " + shown(max) + "]");
+                     shortest_text(to) + ", outside of [" + shortest_text(min) + ", " +
+                     shortest_text(max) + "]");
     }
     return ok_status();
   }
@@ -86,7 +80,7 @@ class Reader {
       return status;
     }
     if (value != std::floor(value)) {
-      return invalid(std::string(what) + " is " + shown(value) + ", not a whole number");
+      return invalid(std::string(what) + " is " + shortest_text(value) + ", not a whole number");
     }
     to = static_cast<std::size_t>(value);
     return ok_status();
@@ -148,7 +142,7 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
     if (first == -90 && last == 90) {
       return planes;
     }
-    return invalid("horizontal angles from " + shown(first) + " to " + shown(last) +
+    return invalid("horizontal angles from " + shortest_text(first) + " to " + shortest_text(last) +
                    " degrees; those of types A and B go from -90 or 0 to 90");
   }
   if (planes.size() == 1) {
@@ -162,7 +156,7 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
   } else if (first == 0 && last > 180 && last < 360) {
     planes.push_back({360, 0});  // omitted by many files
   } else if (first != 0 || last != 360) {
-    return invalid("horizontal angles from " + shown(first) + " to " + shown(last) +
+    return invalid("horizontal angles from " + shortest_text(first) + " to " + shortest_text(last) +
                    " degrees; those of type C go from 0 to 0, 90, 180 or 360, or from 90 to 270");
   }
   return planes;
@@ -171,8 +165,8 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
 Status check_increasing(std::string_view what, const std::vector<double>& degrees) {
   for (std::size_t i = 1; i < degrees.size(); ++i) {
     if (!(degrees[i] > degrees[i - 1])) {
-      return invalid(std::string(what) + " do not increase: " + shown(degrees[i]) + " follows " +
-                     shown(degrees[i - 1]));
+      return invalid(std::string(what) + " do not increase: " + shortest_text(degrees[i]) +
+                     " follows " + shortest_text(degrees[i - 1]));
     }
   }
   return ok_status();
@@ -248,7 +242,8 @@ Status read_head(Reader& in, bool has_lamp_factor, Head& head) {
     return status;
   }
   if (type != std::floor(type)) {
-    return invalid("the photometric type is " + shown(type) + "; 1, 2 and 3 are C, B and A");
+    return invalid("the photometric type is " + shortest_text(type) +
+                   "; 1, 2 and 3 are C, B and A");
   }
   head.photometry = static_cast<Photometry>(type);
   head.factor = multiplier * ballast * (has_lamp_factor ? lamp : 1);
@@ -331,7 +326,7 @@ Result<IesProfile> read_ies(std::string_view text, std::vector<std::string>& war
   }
   if (head.factor > kCandelaMax) {
     return invalid("the product of the candela multiplier and the ballast's factors is " +
-                   shown(head.factor));
+                   shortest_text(head.factor));
   }
   for (const auto& [what, degrees] :
        {std::pair{"vertical angles", &vertical}, std::pair{"horizontal angles", &horizontal}}) {

@@ -508,11 +508,7 @@ ReadModel read_model(const std::string& extension, std::vector<ModelFile> files)
       out.notes.push_back(missing + " is missing; its materials are grey.");
     }
   }
-  std::string names;
-  for (const std::string& statement : left_out(files)) {
-    names += (names.empty() ? "" : ", ") + statement;
-  }
-  if (!names.empty()) {
+  if (const std::string names = joined(left_out(files), ", "); !names.empty()) {
     out.notes.push_back("MTL: " + names + " left out.");
   }
   if (out.fault.empty()) {

@@ -1,6 +1,8 @@
 // Text of ASCII: letters, digits and blanks.
 #include "core/base/text.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "core/base/sha256.h"
@@ -26,6 +28,18 @@ TEST(Text, WordsHaveLettersDigitsAndTheOthersThatAreNamed) {
 TEST(Text, LosesItsByteOrderMark) {
   EXPECT_EQ(core::without_byte_order_mark("\xEF\xBB\xBF{}"), "{}");
   EXPECT_EQ(core::without_byte_order_mark("\xEF\xBB"), "\xEF\xBB");
+}
+
+TEST(Text, IsJoinedFromParts) {
+  EXPECT_EQ(core::joined(std::vector<std::string>{"a", "b", "c"}, ", "), "a, b, c");
+  EXPECT_EQ(core::joined(std::vector<std::string>(), ", "), "");
+}
+
+TEST(Text, NumbersAreShortest) {
+  EXPECT_EQ(core::shortest_text(22.5), "22.5");
+  EXPECT_EQ(core::shortest_text(90.0), "90");
+  EXPECT_EQ(core::shortest_text(0.1F), "0.1");
+  EXPECT_EQ(core::shortest_text(-2.2250738585072014e-308), "-2.2250738585072014e-308");
 }
 
 TEST(Text, IsTrimmedAtBothEnds) {

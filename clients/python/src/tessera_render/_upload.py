@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import codecs
 import contextlib
 import hashlib
 import io
@@ -136,8 +137,17 @@ def side_file(document: Path, name: str) -> Path:
     return path.resolve()
 
 
-# `mtllib NAMES` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces.
-_REFERENCE = re.compile(rb"^[ \t]*(mtllib|map_\w+|norm)[ \t]+(.*?)[ \t\r]*$", re.M)
+# `mtllib NAMES` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces,
+# and may be quoted.
+_REFERENCE = re.compile(rb"^[ \t]*(mtllib|map_\w+|norm)[ \t]+(.*?)[ \t]*$", re.M)
+
+
+def _text_of(path: Path) -> bytes:
+    """Returns the text of a file: of UTF-16 as UTF-8, with \\n for each end of a line."""
+    content = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        content = content.decode("utf-16", errors="replace").encode(errors="replace")
+    return content.replace(b"\r", b"\n")
 
 
 def _referenced(path: Path, reference: str) -> tuple[str, Path] | None:
@@ -159,9 +169,11 @@ def obj_files(path: Path) -> dict[str, Path]:
     files = {path.name: path}
     waiting = [path]
     while waiting:
-        for match in _REFERENCE.finditer(waiting.pop().read_bytes()):
+        for match in _REFERENCE.finditer(_text_of(waiting.pop())):
             whole = match[2].decode(errors="surrogateescape")
-            for reference in (whole, *(whole.split() if match[1] == b"mtllib" else ())):
+            quoted = re.findall('"([^"]+)"$', whole)
+            words = whole.split() if match[1] == b"mtllib" else []
+            for reference in (whole, *quoted, *words):
                 found = _referenced(path, reference)
                 if found is not None and found[0] not in files:
                     files[found[0]] = found[1]

@@ -1,4 +1,4 @@
-/// Rewrites OBJ and text STL so that libassimp reads them as other programs do.
+/// Rewrites OBJ so that libassimp reads it as other programs do.
 #pragma once
 
 #include <string>
@@ -8,13 +8,10 @@
 
 namespace core {
 
-/// Rewrites the OBJ, which is the first file: without indents, continued lines, comments after
-/// values and faces of fewer than three corners (a note), with one file for each mtllib and digits
-/// before points. Returns an error text; empty: none.
+/// Rewrites the OBJ, which is the first file: in UTF-8, without indents, continued lines, comments
+/// and statements other than vertices, faces, names and materials; with one file for each mtllib,
+/// digits before points, and corners that all have the same indices, which count from 1. Adds notes
+/// of what is left out. Returns an error text; empty: none.
 std::string mend_obj(std::vector<ModelFile>& files, std::vector<std::string>& notes);
-
-/// Rewrites text: keywords in small letters, no empty lines. Returns an error text for this and
-/// binary STL; empty: none.
-std::string mend_stl(Bytes& file);
 
 }  // namespace core

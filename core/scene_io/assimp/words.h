@@ -1,10 +1,15 @@
-/// Lines and words of text files, and names of files.
+/// Lines, words and numbers of text files, and names of files.
 #pragma once
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "core/scene_io/gltf_load.h"
@@ -29,7 +34,46 @@ inline std::vector<std::string_view> words_of(std::string_view text) {
   return out;
 }
 
-/// The lines of a text.
+/// What a word is as a number.
+enum class Number { kFinite, kNotFinite, kNone };
+
+/// The decimal sign may be a comma, as libassimp reads it.
+inline Number number_of(std::string_view word) {
+  word.remove_prefix(word.starts_with('+') || word.starts_with('-') ? 1 : 0);
+  std::string with_point;
+  if (word.find(',') != std::string_view::npos) {
+    with_point = word;
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+    word = with_point;
+  }
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (word.starts_with("1.#")) {  // infinity and NaN by older C libraries of Windows
+    return Number::kNotFinite;
+  }
+  if (error == std::errc::invalid_argument || end != word.data() + word.size() ||
+      word.starts_with('-')) {
+    return Number::kNone;
+  }
+  if (error == std::errc::result_out_of_range) {  // Tiny ones count as 0.
+    return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos
+               ? Number::kFinite
+               : Number::kNotFinite;
+  }
+  const double most = std::numeric_limits<float>::max();  // libassimp's numbers
+  return std::abs(value) <= most ? Number::kFinite : Number::kNotFinite;
+}
+
+constexpr std::size_t kWordMost = 4095;  ///< bytes: libassimp's buffer of a word
+
+/// Returns an error text for a word that is not a finite number.
+inline std::string fault_of_number(std::size_t line, std::string_view word) {
+  constexpr std::size_t kShown = 40;  // bytes
+  return "line " + std::to_string(line) + ": " + std::string(word.substr(0, kShown)) +
+         (number_of(word) == Number::kNotFinite ? " is not a finite number" : " is not a number");
+}
+
+/// The lines of a text, which end in \n, \r or both.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {}
@@ -38,9 +82,10 @@ class Lines {
     if (text_.empty()) {
       return false;
     }
-    const std::size_t end = std::min(text_.find('\n'), text_.size());
+    const std::size_t end = std::min(text_.find_first_of("\r\n"), text_.size());
     line_ = text_.substr(0, end);
-    text_.remove_prefix(std::min(end + 1, text_.size()));
+    const std::size_t both = text_.substr(end).starts_with("\r\n") ? 2 : 1;
+    text_.remove_prefix(std::min(end + both, text_.size()));
     ++number_;
     return true;
   }
@@ -61,6 +106,13 @@ inline std::string_view text_of(const Bytes& bytes) {
 inline Bytes bytes_of(std::string_view text) {
   const auto* const first = reinterpret_cast<const std::byte*>(text.data());
   return Bytes(first, first + text.size());
+}
+
+inline std::string small_letters(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
 }
 
 inline std::string_view last_part(std::string_view name) {

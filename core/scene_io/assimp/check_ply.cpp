@@ -42,6 +42,7 @@ const Type* type_of(std::string_view name) {
 }
 
 struct Property {
+  std::string_view name;
   const Type* type = nullptr;
   const Type* count = nullptr;  ///< of a list
   bool is_coordinate = false;
@@ -87,7 +88,7 @@ std::optional<Header> header_of(std::string_view text) {
         return std::nullopt;
       }
       const std::string_view name = words.back();
-      const Property property = {type_of(words[words.size() - 2]),
+      const Property property = {name, type_of(words[words.size() - 2]),
                                  is_list ? type_of(words[2]) : nullptr,
                                  !is_list && out.elements.back().name == "vertex" &&
                                      (name == "x" || name == "y" || name == "z")};
@@ -116,18 +117,24 @@ class Values {
   bool is_at_end() const { return is_at_end_; }
   std::size_t line() const { return line_; }
 
-  bool skip(const Type& type, std::uint64_t count) {
-    if (is_text_) {
-      for (; count > 0; --count) {
-        if (!next_word()) {
-          return false;
-        }
-      }
+  /// count: a whole number, at least 0.
+  bool skip(const Type& type, double count) {
+    const std::size_t bytes = is_text_ ? 1 : type.bytes;  // of a value, at least
+    is_at_end_ = count > static_cast<double>(rest_.size() / bytes);
+    if (is_at_end_) {
+      return false;
+    }
+    auto left = static_cast<std::size_t>(count);
+    if (!is_text_) {
+      rest_.remove_prefix(left * type.bytes);
       return true;
     }
-    is_at_end_ = count > rest_.size() / type.bytes;
-    rest_.remove_prefix(is_at_end_ ? rest_.size() : count * type.bytes);
-    return !is_at_end_;
+    for (; left > 0; --left) {
+      if (!next_word()) {
+        return false;
+      }
+    }
+    return true;
   }
 
  private:
@@ -193,8 +200,7 @@ bool read_row(const Element& element, Values& values, std::string& fault) {
     if (!value) {
       return false;
     }
-    if (property.count != nullptr &&
-        (!(*value >= 0) || !values.skip(*property.type, static_cast<std::uint64_t>(*value)))) {
+    if (property.count != nullptr && (!(*value >= 0) || !values.skip(*property.type, *value))) {
       return false;
     }
     if (property.is_coordinate && !std::isfinite(*value)) {
@@ -205,14 +211,44 @@ bool read_row(const Element& element, Values& values, std::string& fault) {
   return true;
 }
 
+/// Returns an error text for headers that libassimp takes for something else; empty: none.
+std::string check_header(const Header& header, std::vector<std::string>& notes) {
+  for (const Element& element : header.elements) {
+    const auto has = [&](std::string_view name) {
+      return std::any_of(element.properties.begin(), element.properties.end(),
+                         [&](const Property& property) { return property.name == name; });
+    };
+    const bool has_float_count = std::any_of(
+        element.properties.begin(), element.properties.end(), [](const Property& property) {
+          return property.count != nullptr && property.count->kind == Kind::kFloat;
+        });
+    if (has_float_count) {
+      return "a list of element " + element.name + " has a float for the number of its values";
+    }
+    if (element.name == "vertex" && !(has("x") && has("y") && has("z"))) {
+      return "its vertices have no x, y and z";
+    }
+    if (element.name == "face" && has("red")) {
+      notes.emplace_back("PLY: the colours of faces are left out.");
+    }
+    if (element.name == "face" && has("texcoord")) {
+      notes.emplace_back("PLY: of the texture coordinates of a vertex's corners one is taken.");
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
-std::string check_ply(const Bytes& file) {
+std::string check_ply(const Bytes& file, std::vector<std::string>& notes) {
   const auto header = header_of(text_of(file));
   if (!header) {
     return text_of(file).find("end_header") == std::string_view::npos
                ? "the file ends before its header does"
                : "";
+  }
+  if (std::string fault = check_header(*header, notes); !fault.empty()) {
+    return fault;
   }
   Values values(*header);
   for (const Element& element : header->elements) {

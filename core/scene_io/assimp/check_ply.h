@@ -2,13 +2,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/scene_io/gltf_load.h"
 
 namespace core {
 
-/// Returns an error text for files that end before their elements do, and for coordinates that are
-/// not finite; empty: none. What else is wrong is left to libassimp.
-std::string check_ply(const Bytes& file);
+/// Returns an error text for files that end before their elements do, for vertices without
+/// coordinates, and for coordinates that are not finite; empty: none. Adds notes of properties that
+/// are left out. What else is wrong is left to libassimp.
+std::string check_ply(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

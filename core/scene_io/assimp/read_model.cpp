@@ -29,6 +29,7 @@
 #include "core/scene_io/assimp/mend_obj.h"
 #include "core/scene_io/assimp/mend_stl.h"
 #include "core/scene_io/assimp/read_3mf.h"
+#include "core/scene_io/assimp/text_encoding.h"
 #include "core/scene_io/assimp/words.h"
 #include "core/scene_io/glb_writer.h"
 #include "core/scene_io/gltf_json.h"
@@ -526,7 +527,8 @@ std::string mend(const std::string& extension, std::vector<ModelFile>& files,
                  std::vector<std::string>& notes) {
   Bytes& content = files.front().content;
   if (extension == "ply") {
-    return check_ply(content);
+    make_utf8(content);
+    return check_ply(content, notes);
   }
   return extension == "obj"   ? mend_obj(files, notes)
          : extension == "stl" ? mend_stl(content, notes)

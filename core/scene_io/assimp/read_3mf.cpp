@@ -1,6 +1,7 @@
 #include "core/scene_io/assimp/read_3mf.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
@@ -104,34 +105,91 @@ std::string check_transforms(std::string_view model) {
   return "";
 }
 
+/// Whether XML is in UTF-16 or UTF-32: it begins with a byte order mark, or its first characters
+/// have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
+bool is_wide(std::string_view text) {
+  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
+         text.substr(0, 4).find('\0') != std::string_view::npos;
+}
+
+/// Whether an entry is a model, by its name or its content: a package may give it any name.
+bool is_model(std::string_view name, std::string_view text) {
+  const bool is_wide_xml = is_wide(text) && text.substr(0, 4).find('<') != std::string_view::npos;
+  return small_letters(name).ends_with(".model") || is_wide_xml ||
+         text.find("<model") != std::string_view::npos;
+}
+
+/// Adds notes of parts that libassimp leaves out. Source of the names: 3MF Materials and Properties
+/// Extension, 3 and 4; 3MF Production Extension, 4.2.
+void add_notes(std::string_view model, std::vector<std::string>& notes) {
+  const auto has = [&](std::string_view text) {
+    return model.find(text) != std::string_view::npos;
+  };
+  if (has("colorgroup") || has("texture2dgroup") || has("compositematerials") ||
+      has("multiproperties")) {
+    notes.emplace_back("3MF: colours other than those of base materials are left out.");
+  }
+  for (std::size_t at = model.find("<triangle "); at != std::string_view::npos;
+       at = model.find("<triangle ", at + 1)) {
+    const std::string_view triangle = model.substr(at, model.find('>', at) - at);
+    if (triangle.find(" pid") != std::string_view::npos ||
+        triangle.find(" p1") != std::string_view::npos) {
+      notes.emplace_back("3MF: each object has one material; those of its triangles are left out.");
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 std::string unit_of_3mf(const Bytes& file) {
   constexpr std::size_t kHead = 65536;  // of a model, with its first element
   std::string text;
-  for (Archive archive(text_of(file)); text.empty() && archive.next();) {
-    text = archive.name() == "3D/3dmodel.model" ? archive.content(kHead) : "";
+  for (Archive archive(text_of(file)); archive.next();) {
+    const std::string head = archive.content(kHead);
+    const bool is_main = archive.name() == "3D/3dmodel.model";
+    if (is_main || (text.empty() && is_model(archive.name(), head))) {
+      text = head;
+    }
+    if (is_main) {
+      break;
+    }
   }
   const std::size_t model = text.find("<model");
-  const std::string head =
-      model == std::string::npos ? "" : text.substr(model, text.find('>', model) - model);
-  const std::size_t unit = head.find("unit=");
-  if (unit == std::string::npos || unit + 6 > head.size()) {
-    return "millimeter";  // the specification's default
+  const std::string_view head =
+      model == std::string::npos
+          ? std::string_view()
+          : std::string_view(text).substr(model, text.find('>', model) - model);
+  constexpr std::string_view kName = "unit";
+  for (std::size_t at = head.find(kName); at != std::string_view::npos;
+       at = head.find(kName, at + 1)) {
+    const bool is_word = std::isspace(static_cast<unsigned char>(head[at - 1])) != 0;
+    const std::string_view value = value_of(head.substr(at + kName.size()));
+    if (is_word && !value.empty()) {
+      return std::string(value.substr(1));
+    }
   }
-  const std::size_t end = head.find(head[unit + 5], unit + 6);
-  return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
+  return "millimeter";  // the specification's default
 }
 
-std::string check_3mf(const Bytes& file) {
+std::string check_3mf(const Bytes& file, std::vector<std::string>& notes) {
   for (Archive archive(text_of(file)); archive.next();) {
-    if (!archive.name().ends_with(".model")) {
+    // Memory is limited by the process.
+    const std::string text = archive.content(std::string::npos);
+    if (!is_model(archive.name(), text)) {
       continue;
     }
-    // Memory is limited by the process.
-    if (std::string fault = check_transforms(archive.content(std::string::npos)); !fault.empty()) {
+    if (is_wide(text)) {
+      return "its model is not in UTF-8";
+    }
+    if (text.find("p:path=") != std::string::npos) {
+      return "its objects are in several files (3MF Production Extension), which are not read; "
+             "export it as one model, or as STL";
+    }
+    if (std::string fault = check_transforms(text); !fault.empty()) {
       return fault;
     }
+    add_notes(text, notes);
   }
   return "";
 }

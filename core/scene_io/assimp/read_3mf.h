@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/scene_io/gltf_load.h"
 
@@ -13,8 +14,9 @@ namespace core {
 /// are.
 std::string unit_of_3mf(const Bytes& file);
 
-/// Returns an error text if a transform of a model has not the twelve numbers of the 3MF Core
-/// Specification, 3.3; empty: none. libassimp reads beyond them.
-std::string check_3mf(const Bytes& file);
+/// Returns an error text if a model is not in UTF-8, or has a transform without the twelve numbers
+/// of the 3MF Core Specification, 3.3; empty: none. libassimp reads beyond them. Adds notes of
+/// materials that are left out.
+std::string check_3mf(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

@@ -532,7 +532,7 @@ std::string mend(const std::string& extension, std::vector<ModelFile>& files,
   }
   return extension == "obj"   ? mend_obj(files, notes)
          : extension == "stl" ? mend_stl(content, notes)
-                              : check_3mf(content);
+                              : check_3mf(content, notes);
 }
 
 /// Returns an error text of libassimp in words for users. Throws what libassimp has caught where

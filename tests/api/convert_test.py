@@ -391,10 +391,14 @@ class Convert(ApiTest):
             data, _ = self.converted("box.obj", content, **{"box.mtl": mtl, **beside})
             self.assertEqual(len(document_of(data).get("images", [])), len(beside))
             (self.folder / name).unlink(missing_ok=True)
-        code, answer, said = tessera("render", self.folder / "box.obj", "-o",
-                                     self.folder / "x.png", "--size", "8x8", "--spp", "1", "--json")
-        self.assertEqual(code, 0, said)
-        self.assertIn("m\ufffdbel.png is missing", " ".join(json.loads(answer)["warnings"]))
+        picture = self.folder / os.fsdecode(b"m\xf6bel.png")
+        done = subprocess.run([BINARY, "render", self.folder / "box.obj", "-o", picture, "--size",
+                               "8x8", "--spp", "1", "--json"], capture_output=True, timeout=60,
+                              check=False)
+        self.assertEqual(done.returncode, 0, done)
+        told = json.loads(done.stdout)
+        self.assertIn("m\ufffdbel.png is missing", " ".join(told["warnings"]))
+        self.assertIn("m\ufffdbel.png", told["output"])
 
     def helped(self, extension, files, **options):
         """Returns the helper's process, which has got the files as convert.cpp sends them."""

@@ -8,9 +8,9 @@
 
 namespace core {
 
-/// Returns an error text for files that end before their elements do, for vertices without
-/// coordinates, and for coordinates that are not finite; empty: none. Adds notes of properties that
-/// are left out. What else is wrong is left to libassimp.
+/// Returns an error text for headers that are not understood, for files that end before their
+/// elements do, for coordinates that are missing or not finite, and for faces without corners or
+/// with others than the file's vertices; empty: none. Adds notes of what is left out.
 std::string check_ply(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

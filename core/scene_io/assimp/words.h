@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -34,12 +35,20 @@ inline std::vector<std::string_view> words_of(std::string_view text) {
   return out;
 }
 
-/// What a word is as a number.
-enum class Number { kFinite, kNotFinite, kNone };
+inline std::string small_letters(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
 
-/// The decimal sign may be a comma, as libassimp reads it.
-inline Number number_of(std::string_view word) {
-  word.remove_prefix(word.starts_with('+') || word.starts_with('-') ? 1 : 0);
+/// Returns the number that a word is; empty: it is none. The decimal sign may be a comma, as
+/// libassimp reads it.
+inline std::optional<double> number_in(std::string_view word) {
+  if (word.starts_with("1.#") || word.starts_with("-1.#")) {  // by older C libraries of Windows
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  word.remove_prefix(word.starts_with('+') ? 1 : 0);
   std::string with_point;
   if (word.find(',') != std::string_view::npos) {
     with_point = word;
@@ -48,20 +57,27 @@ inline Number number_of(std::string_view word) {
   }
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (word.starts_with("1.#")) {  // infinity and NaN by older C libraries of Windows
-    return Number::kNotFinite;
+  if (error == std::errc::invalid_argument || end != word.data() + word.size()) {
+    return std::nullopt;
   }
-  if (error == std::errc::invalid_argument || end != word.data() + word.size() ||
-      word.starts_with('-')) {
-    return Number::kNone;
+  if (error == std::errc::result_out_of_range) {
+    const bool is_tiny = small_letters(word).find("e-") != std::string::npos;
+    return is_tiny ? 0 : std::numeric_limits<double>::infinity();
   }
-  if (error == std::errc::result_out_of_range) {  // Tiny ones count as 0.
-    return word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos
-               ? Number::kFinite
-               : Number::kNotFinite;
-  }
-  const double most = std::numeric_limits<float>::max();  // libassimp's numbers
-  return std::abs(value) <= most ? Number::kFinite : Number::kNotFinite;
+  return value;
+}
+
+/// Whether libassimp's numbers, floats, hold it.
+inline bool is_in_float(double value) {
+  return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+}
+
+/// What a word is as a number.
+enum class Number { kFinite, kNotFinite, kNone };
+
+inline Number number_of(std::string_view word) {
+  const auto value = number_in(word);
+  return !value ? Number::kNone : is_in_float(*value) ? Number::kFinite : Number::kNotFinite;
 }
 
 constexpr std::size_t kWordMost = 4095;  ///< bytes: libassimp's buffer of a word
@@ -106,13 +122,6 @@ inline std::string_view text_of(const Bytes& bytes) {
 inline Bytes bytes_of(std::string_view text) {
   const auto* const first = reinterpret_cast<const std::byte*>(text.data());
   return Bytes(first, first + text.size());
-}
-
-inline std::string small_letters(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
 }
 
 inline std::string_view last_part(std::string_view name) {

@@ -173,12 +173,16 @@ std::string unit_of_3mf(const Bytes& file) {
 }
 
 std::string check_3mf(const Bytes& file, std::vector<std::string>& notes) {
+  bool has_model = false;
+  bool has_entries = false;
   for (Archive archive(text_of(file)); archive.next();) {
+    has_entries = true;
     // Memory is limited by the process.
     const std::string text = archive.content(std::string::npos);
     if (!is_model(archive.name(), text)) {
       continue;
     }
+    has_model = true;
     if (is_wide(text)) {
       return "its model is not in UTF-8";
     }
@@ -191,7 +195,7 @@ std::string check_3mf(const Bytes& file, std::vector<std::string>& notes) {
     }
     add_notes(text, notes);
   }
-  return "";
+  return has_entries && !has_model ? "it has no 3D model" : "";
 }
 
 }  // namespace core

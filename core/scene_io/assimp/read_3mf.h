@@ -14,9 +14,9 @@ namespace core {
 /// are.
 std::string unit_of_3mf(const Bytes& file);
 
-/// Returns an error text if a model is not in UTF-8, or has a transform without the twelve numbers
-/// of the 3MF Core Specification, 3.3; empty: none. libassimp reads beyond them. Adds notes of
-/// materials that are left out.
+/// Returns an error text if there is no model, or one is not in UTF-8, has its objects in other
+/// files, or has a transform without the twelve numbers of the 3MF Core Specification, 3.3, beyond
+/// which libassimp reads; empty: none. Adds notes of materials that are left out.
 std::string check_3mf(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

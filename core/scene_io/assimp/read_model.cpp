@@ -547,7 +547,7 @@ std::string told(std::string text) {
        {"mIndices", "a face names a vertex that it does not have"},
        {"mMaterialIndex", "an object names a material that it does not have"},
        {"Failed to open file", "it is no zip archive, or its end is missing"},
-       {"scene-graph is nullptr", "it has no 3D model in UTF-8"}}};
+       {"scene-graph is nullptr", "it has no 3D model that can be read"}}};
   for (const auto& [theirs, ours] : kTexts) {
     if (text.find(theirs) != std::string::npos) {
       return std::string(ours);

@@ -105,6 +105,7 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   if (child < 0) {
     return failed(std::strerror(errno));
   }
+  ::setpgid(child, child);  // as the child does: the group is there before it is killed
   write_end = UniqueFd();
   Ended ended;
   const auto until = Clock::now() + limits.time;

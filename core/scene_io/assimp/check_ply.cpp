@@ -291,6 +291,9 @@ std::string check_header(const Header& header, std::vector<std::string>& notes) 
     if (element.properties.empty() && element.count > 0) {
       return "element " + element.name + " has no properties";
     }
+    if (element.name == "tristrips" && element.count > 0) {
+      return "its triangles are in strips (tristrips), which are not read";  // libassimp keeps one
+    }
     if (element.name == "vertex" && !(has("x") && has("y") && has("z"))) {
       return "its vertices have no x, y and z";
     }

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include "clients/cli/files.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -65,7 +67,7 @@ std::vector<std::string> obj_references(std::string_view text) {
 }
 
 struct Reference {
-  std::string name;  ///< without folders
+  std::string name;  ///< as the OBJ or MTL has it, with slashes
   std::string path;
 };
 
@@ -74,7 +76,7 @@ struct Reference {
 std::optional<Reference> find_reference(const std::string& folder, std::string_view reference) {
   for (std::string_view name = reference; !name.empty(); name = without_first(name)) {
     if (auto place = side_file_path(folder, name)) {
-      return Reference{last_part(name), *std::move(place)};
+      return Reference{core::with_slashes(name), *std::move(place)};
     }
   }
   const std::string last = last_part(reference);
@@ -90,6 +92,7 @@ core::Result<std::vector<NamedFile>> read_model_files(const std::string& path) {
     return model.error();
   }
   std::vector<NamedFile> files = {{last_part(path), *std::move(model)}};
+  std::set<std::string> known;  // paths
   // An OBJ names files of materials, and those name textures. Missing ones are a note.
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::string extension = extension_of(files[i].name);
@@ -98,12 +101,15 @@ core::Result<std::vector<NamedFile>> read_model_files(const std::string& path) {
     }
     for (const std::string& reference : obj_references(without_zeros(files[i].content))) {
       const auto found = find_reference(folder_of(path), reference);
-      const auto is_it = [&](const NamedFile& each) { return each.name == found->name; };
-      if (!found || std::any_of(files.begin(), files.end(), is_it)) {
+      if (!found || !known.insert(found->path).second) {
         continue;
       }
+      const std::string last = last_part(found->name);
+      const bool is_taken = std::any_of(files.begin(), files.end(), [&](const NamedFile& each) {
+        return last_part(each.name) == last;
+      });
       if (auto file = read_file(found->path)) {
-        files.push_back({found->name, *std::move(file)});
+        files.push_back({is_taken ? found->name : last, *std::move(file)});
       }
     }
   }

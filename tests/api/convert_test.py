@@ -190,6 +190,7 @@ REFUSED = (
     ("head.ply", ply().replace(b"list uchar int", b"list uchar"),
      "line 8 of its header is not understood: property list uchar vertex_indices"),
     ("head.ply", ply().replace(b"end_header", b"end_header0"), "line 9 of its header"),
+    ("strip.ply", ply().replace(b"element face", b"element tristrips"), "tristrips"),
     ("bare.ply", ply().replace(b"element face", b"element name 9999999999\nelement face"),
      "element name has no properties"),
     ("lines.obj", TRIANGLE_OBJ + b"f 1 2\n", "it has no triangles"),
@@ -537,6 +538,15 @@ class Convert(ApiTest):
                 code, _, said = tessera("convert", folder / "box.obj", "-o", folder / "box.glb")
                 self.assertEqual((code, "missing" in said), (0, False), said)
                 self.assertEqual(len(document_of((folder / "box.glb").read_bytes())["images"]), 1)
+
+    def test_textures_with_one_name_are_sent_with_their_folders(self):
+        pictures = {"red": png_image(2, 2, (200, 0, 0)), "picture": png_image(2, 2, (0, 200, 0))}
+        for name, picture in pictures.items():
+            (self.folder / name).mkdir()
+            (self.folder / name / "wood.png").write_bytes(picture)
+        mtl = b"newmtl red\nmap_Kd red/wood.png\nnewmtl picture\nmap_Kd picture\\wood.png\n"
+        data, _ = self.converted("box.obj", obj(), **{"box.mtl": mtl})
+        self.assertEqual(len(document_of(data)["images"]), 2)
 
     def test_warnings_are_those_of_the_upload(self):
         for name in ("first.png", "second.png"):

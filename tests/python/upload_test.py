@@ -126,6 +126,13 @@ class Uploads(ServerTest):
             (folder / "a.mtl").write_bytes(text)
             path.write_bytes(b"\xef\xbb\xbfmtllib a.mtl\n")
             self.assertEqual(list(_upload.obj_files(path)), ["box.obj", "a.mtl", "of another.png"])
+        for name in ("a", "b"):
+            (folder / name).mkdir()
+            (folder / name / "same.png").write_bytes(name.encode())
+        (folder / "a.mtl").write_bytes(b"map_Kd a/same.png\nmap_Ke b\\same.png\nnorm ./a/same.png")
+        self.assertEqual(
+            list(_upload.obj_files(path)), ["box.obj", "a.mtl", "same.png", "b/same.png"]
+        )
         path.write_bytes(b"v 0 0 0\n")
         self.assertEqual(_upload.single_file_call(path, ".obj").content, path)
 

@@ -151,20 +151,20 @@ def _text_of(path: Path) -> bytes:
 
 
 def _referenced(path: Path, reference: str) -> tuple[str, Path] | None:
-    """Returns the name in a reference, without folders, and its file: the longest end that names
+    """Returns the name in a reference, with slashes, and its file: the longest end that names
     one, or its last part, where the path is that of another machine."""
     last = re.split(r"[/\\]", reference)[-1]
     names = [reference[match.start() :] for match in re.finditer(r"\S+", reference)]
     for name in [*names, last]:
         with contextlib.suppress(FileNotFoundError, TesseraError):
-            return re.split(r"[/\\]", name)[-1], side_file(path, name)
+            return name.replace("\\", "/"), side_file(path, name)
     return None
 
 
 def obj_files(path: Path) -> dict[str, Path]:
     """Returns an OBJ, and the materials and textures that lie beside it: name, path.
 
-    The server names what is missing.
+    Names have no folders, unless another file has the same. The server names what is missing.
     """
     files = {path.name: path}
     waiting = [path]
@@ -174,10 +174,11 @@ def obj_files(path: Path) -> dict[str, Path]:
             quoted = re.findall('"([^"]+)"$', whole)
             words = whole.split() if match[1] == b"mtllib" else []
             for reference in (whole, *quoted, *words):
-                found = _referenced(path, reference)
-                if found is not None and found[0] not in files:
-                    files[found[0]] = found[1]
-                    waiting += [found[1]] if found[0].lower().endswith(".mtl") else []
+                name, found = _referenced(path, reference) or ("", path)
+                if found not in (path, *files.values()):
+                    last = name.rsplit("/", 1)[-1]
+                    files[name if last in files else last] = found
+                    waiting += [found] if last.lower().endswith(".mtl") else []
     return files
 
 

@@ -414,7 +414,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   if (flags.json) {
     Json result = result_json(task, job, flags.output, *shown, exposure, warnings);
     result["set_aside"] = *aside;
-    std::printf("%s\n", result.dump(2).c_str());
+    // The names of files are in any encoding.
+    const std::string text = result.dump(2, ' ', false, Json::error_handler_t::replace);
+    std::printf("%s\n", text.c_str());
   }
   const ProgressFacts facts = facts_of(progress);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),

@@ -14,6 +14,7 @@
 #include <fcntl.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <nlohmann/json.hpp>
 #include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -28,6 +29,7 @@
 #include "core/base/temporary_folder.h"
 #include "core/base/text.h"
 #include "core/scene_io/convert_protocol.h"
+#include "core/scene_io/gltf_json.h"
 #include "core/scene_io/system_calls.h"
 
 namespace core {
@@ -105,6 +107,7 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   if (child < 0) {
     return failed(std::strerror(errno));
   }
+  ::setpgid(child, child);  // as the child does: the group is there before it is killed
   write_end = UniqueFd();
   Ended ended;
   const auto until = Clock::now() + limits.time;
@@ -134,6 +137,7 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   return ended;
 }
 
+/// Returns the lines that begin so, without that, in UTF-8: names in files are in any encoding.
 std::vector<std::string> lines_of(const std::string& text, std::string_view begin) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at < text.size();) {
@@ -143,7 +147,9 @@ std::vector<std::string> lines_of(const std::string& text, std::string_view begi
         line.begin(), line.end(),
         [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, ' ');
     if (line.starts_with(begin)) {
-      out.push_back(line.substr(begin.size()));
+      const GltfJson rest = line.substr(begin.size());
+      const std::string json = rest.dump(-1, ' ', false, GltfJson::error_handler_t::replace);
+      out.push_back(GltfJson::parse(json).get<std::string>());
     }
     at = end + 1;
   }

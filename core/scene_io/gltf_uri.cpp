@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "core/base/file_names.h"
@@ -124,10 +125,10 @@ Error missing_files(const std::vector<std::string>& names,
   std::string text = outside.empty()
                          ? ""
                          : "files outside the folder of the scene are not read" + list_of(outside);
+  const std::set<std::string_view> told(outside.begin(), outside.end());
   std::vector<std::string> others;
-  std::copy_if(names.begin(), names.end(), std::back_inserter(others), [&](const auto& name) {
-    return std::find(outside.begin(), outside.end(), name) == outside.end();
-  });
+  std::copy_if(names.begin(), names.end(), std::back_inserter(others),
+               [&](const std::string& name) { return !told.contains(name); });
   if (!others.empty()) {
     text += (text.empty() ? "" : "; ") + std::string("files that the scene refers to are missing") +
             list_of(others);

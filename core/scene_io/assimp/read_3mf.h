@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/scene_io/gltf_load.h"
@@ -9,8 +10,10 @@
 namespace core {
 
 /// Returns the unit that the model names in its first element; libassimp leaves lengths as they
-/// are. Errors: an archive that read_zip_directory() refuses, a damaged model, and a transform that
-/// has not the twelve numbers of the 3MF Core Specification, 3.3, beyond which libassimp reads.
-Result<std::string> check_3mf(const Bytes& file);
+/// are. Adds notes of materials that are left out. Errors: an archive that read_zip_directory()
+/// refuses, a damaged entry, no model, and one that is not in UTF-8, has its objects in other
+/// files, or has a transform without the twelve numbers of the 3MF Core Specification, 3.3, beyond
+/// which libassimp reads.
+Result<std::string> check_3mf(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

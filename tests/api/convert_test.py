@@ -397,6 +397,16 @@ class Convert(ApiTest):
             self.assertEqual(seen["picture"], (False, [1, 1, 1, 1]))
             self.assertEqual(seen["plain"], (False, [0, 0.25, 0, 1]))
 
+    def test_colours_of_vertices_may_be_bytes(self):
+        points = b"v 0 0 0 188 55 0\nv 1 0 0 188 55 0\nv 0 1 0 188 55 0\nf 1 2 3\n"
+        bright = points.replace(b"188 55 0", b"1.01 0 0.5")
+        for content, expected in ((points, (188, 55, 0)), (bright, (255, 0, 127.5))):
+            data, said = self.converted("box.obj", content)
+            self.assertEqual("taken as parts of 255" in said, content == points)
+            attributes = document_of(data)["meshes"][0]["primitives"][0]["attributes"]
+            for seen, byte in zip(floats_of(data, attributes["COLOR_0"]), expected):
+                self.assertAlmostEqual(seen, linear(byte), places=5)
+
     def test_names_may_be_in_any_encoding(self):
         name = os.fsdecode(b"m\xf6bel.png")
         mtl = b"newmtl m\xf6bel\nKd 1 1 1\nmap_Kd m\xf6bel.png\n"

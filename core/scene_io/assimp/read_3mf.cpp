@@ -105,18 +105,29 @@ std::string check_transforms(std::string_view model) {
   return "";
 }
 
-/// Whether XML is in UTF-16 or UTF-32: it begins with a byte order mark, or its first characters
-/// have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
+/// Whether this is XML in UTF-16 or UTF-32: it begins with a byte order mark, or its first
+/// characters have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
 bool is_wide(std::string_view text) {
+  const std::string_view first = text.substr(0, 4);
   return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
-         text.substr(0, 4).find('\0') != std::string_view::npos;
+         (first.find('\0') != std::string_view::npos && first.find('<') != std::string_view::npos);
 }
 
-/// Whether an entry is a model, by its name or its content: a package may give it any name.
-bool is_model(std::string_view name, std::string_view text) {
-  const bool is_wide_xml = is_wide(text) && text.substr(0, 4).find('<') != std::string_view::npos;
-  return small_letters(name).ends_with(".model") || is_wide_xml ||
-         text.find("<model") != std::string_view::npos;
+constexpr std::size_t kHead = 65536;  ///< bytes of a model, with its first element
+
+/// Returns at most that many bytes of the entry if it is a model; empty: it is none. A package may
+/// give it any name; what does not begin as XML is not unpacked.
+std::string model_in(const Archive& entry, std::size_t bytes_max) {
+  const bool is_named = small_letters(entry.name()).ends_with(".model");
+  const std::string head = entry.content(kHead);
+  const std::string_view text =
+      std::string_view(head).substr(head.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  const bool is_blank = head.size() == kHead && trimmed(text).empty();
+  if (!is_named && !is_blank && !is_wide(head) && !trimmed(text).starts_with('<')) {
+    return "";
+  }
+  std::string out = entry.content(bytes_max);
+  return is_named || is_wide(head) || out.find("<model") != std::string::npos ? out : "";
 }
 
 /// Adds notes of parts that libassimp leaves out. Source of the names: 3MF Materials and Properties
@@ -131,7 +142,9 @@ void add_notes(std::string_view model, std::vector<std::string>& notes) {
   }
   for (std::size_t at = model.find("<triangle "); at != std::string_view::npos;
        at = model.find("<triangle ", at + 1)) {
-    const std::string_view triangle = model.substr(at, model.find('>', at) - at);
+    constexpr std::size_t kLooked = 512;  // bytes: seven attributes
+    const std::string_view rest = model.substr(at, kLooked);
+    const std::string_view triangle = rest.substr(0, rest.find('>'));
     if (triangle.find(" pid") != std::string_view::npos ||
         triangle.find(" p1") != std::string_view::npos) {
       notes.emplace_back("3MF: each object has one material; those of its triangles are left out.");
@@ -143,13 +156,11 @@ void add_notes(std::string_view model, std::vector<std::string>& notes) {
 }  // namespace
 
 std::string unit_of_3mf(const Bytes& file) {
-  constexpr std::size_t kHead = 65536;  // of a model, with its first element
   std::string text;
   for (Archive archive(text_of(file)); archive.next();) {
-    const std::string head = archive.content(kHead);
     const bool is_main = archive.name() == "3D/3dmodel.model";
-    if (is_main || (text.empty() && is_model(archive.name(), head))) {
-      text = head;
+    if (is_main || text.empty()) {
+      text = model_in(archive, kHead);
     }
     if (is_main) {
       break;
@@ -178,8 +189,8 @@ std::string check_3mf(const Bytes& file, std::vector<std::string>& notes) {
   for (Archive archive(text_of(file)); archive.next();) {
     has_entries = true;
     // Memory is limited by the process.
-    const std::string text = archive.content(std::string::npos);
-    if (!is_model(archive.name(), text)) {
+    const std::string text = model_in(archive, std::string::npos);
+    if (text.empty()) {
       continue;
     }
     has_model = true;

@@ -515,6 +515,16 @@ class Convert(ApiTest):
                 self.assertEqual(answer.status, 422, answer)
                 self.assertIn(why, answer.json()["detail"])
 
+    def test_libraries_are_found_by_any_way_of_writing_their_name(self):
+        for name in ("a.mtl # of Kd", '"a.mtl"', "./x/a.mtl b/b.mtl", "A.MTL", '"my a.mtl"'):
+            library = "my a.mtl" if "my" in name else "a.mtl"
+            done = self.helped("obj", {"box.obj": obj(name), library: MTL, "b.mtl": b""})
+            self.assertNotIn(b"mtl", done.stderr, name)
+            names = [m["name"] for m in document_of(done.stdout)["materials"]]
+            self.assertEqual(names, ["red", "picture"])
+            kd = document_of(done.stdout)["materials"][0]["pbrMetallicRoughness"]
+            self.assertAlmostEqual(kd["baseColorFactor"][1], 0.1, places=6)
+
     def test_numbers_may_begin_with_a_dot(self):
         corners = b"v 0 0 0\nv 1 .5 0\nv 0 1 -.5\nv 5 5 5\nvt .5 .5\nf 1/1 2/1 3/1\n"
         data, _ = self.converted("flat.obj", corners)

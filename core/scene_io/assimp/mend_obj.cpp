@@ -258,7 +258,7 @@ class ObjMender {
         return is_same_name(last_part(file.name), last_part(name));
       });
     };
-    names = is_file(names) ? names : trimmed(names.substr(0, names.find(" #")));
+    names = is_file(names) ? names : unquoted(trimmed(names.substr(0, names.find(" #"))));
     const auto parts = words_of(names);
     const bool is_one = is_file(names) && !std::all_of(parts.begin(), parts.end(), is_file);
     const auto words = is_one ? std::vector{names} : parts;

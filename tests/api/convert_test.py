@@ -400,6 +400,16 @@ class Convert(ApiTest):
             self.assertEqual(seen["picture"], (False, [1, 1, 1, 1]))
             self.assertEqual(seen["plain"], (False, [0, 0.25, 0, 1]))
 
+    def test_colours_of_vertices_may_be_bytes(self):
+        points = b"v 0 0 0 188 55 0\nv 1 0 0 188 55 0\nv 0 1 0 188 55 0\nf 1 2 3\n"
+        bright = points.replace(b"188 55 0", b"1.01 0 0.5")
+        for content, expected in ((points, (188, 55, 0)), (bright, (255, 0, 127.5))):
+            data, said = self.converted("box.obj", content)
+            self.assertEqual("taken as parts of 255" in said, content == points)
+            attributes = document_of(data)["meshes"][0]["primitives"][0]["attributes"]
+            for seen, byte in zip(floats_of(data, attributes["COLOR_0"]), expected):
+                self.assertAlmostEqual(seen, linear(byte), places=5)
+
     def test_names_may_be_in_any_encoding(self):
         name = os.fsdecode(b"m\xf6bel.png")
         mtl = b"newmtl m\xf6bel\nKd 1 1 1\nmap_Kd m\xf6bel.png\n"
@@ -507,6 +517,16 @@ class Convert(ApiTest):
                 answer = self.upload(name, content)
                 self.assertEqual(answer.status, 422, answer)
                 self.assertIn(why, answer.json()["detail"])
+
+    def test_libraries_are_found_by_any_way_of_writing_their_name(self):
+        for name in ("a.mtl # of Kd", '"a.mtl"', "./x/a.mtl b/b.mtl", "A.MTL", '"my a.mtl"'):
+            library = "my a.mtl" if "my" in name else "a.mtl"
+            done = self.helped("obj", {"box.obj": obj(name), library: MTL, "b.mtl": b""})
+            self.assertNotIn(b"mtl", done.stderr, name)
+            names = [m["name"] for m in document_of(done.stdout)["materials"]]
+            self.assertEqual(names, ["red", "picture"])
+            kd = document_of(done.stdout)["materials"][0]["pbrMetallicRoughness"]
+            self.assertAlmostEqual(kd["baseColorFactor"][1], 0.1, places=6)
 
     def test_numbers_may_begin_with_a_dot(self):
         corners = b"v 0 0 0\nv 1 .5 0\nv 0 1 -.5\nv 5 5 5\nvt .5 .5\nf 1/1 2/1 3/1\n"

@@ -166,11 +166,8 @@ class MtlMender {
         rest = trimmed(rest.substr(value.size()));
       }
     }
-    if (rest.size() > 2 && rest.front() == '"' && rest.back() == '"') {
-      rest = rest.substr(1, rest.size() - 2);
-    }
     if (!rest.empty()) {
-      write(statement.written, rest);
+      write(statement.written, unquoted(rest));
     }
   }
 

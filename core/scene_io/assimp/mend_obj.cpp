@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -49,8 +50,10 @@ class ObjMender {
   /// Returns an error text; empty: none.
   std::string run(std::string_view text) {
     std::string fault = read(text);
-    if (fault.empty() && is_mixed_) {
+    const bool are_bytes = color_most_ > 1 && are_whole_;
+    if (fault.empty() && (is_mixed_ || are_bytes)) {  // again, with what is known now
       has_colors_ = true;
+      is_in_bytes_ = are_bytes;
       counts_ = {};
       most_ = {};
       short_faces_ = lines_and_points_ = curves_ = 0;
@@ -106,6 +109,9 @@ class ObjMender {
     add_note("Faces of fewer than three corners", short_faces_);
     add_note("Lines and points", lines_and_points_);
     add_note("Curves and free-form surfaces", curves_);
+    if (is_in_bytes_) {
+      notes_.emplace_back("Colours of vertices are whole numbers: they are taken as parts of 255.");
+    }
     constexpr std::array kNames = {"vertices", "texture coordinates", "normals"};
     for (std::size_t i = 1; i < most_.size(); ++i) {
       if (most_[i] > counts_[i]) {
@@ -159,7 +165,11 @@ class ObjMender {
       if (kind == Number::kNone || (kind == Number::kNotFinite && is_place)) {
         return fault_of_number(number, word);
       }
-      append_number(out_, kind == Number::kFinite ? word : "0");
+      if (!is_place && is_vertex && kind == Number::kFinite) {
+        append_color(word);
+      } else {
+        append_number(out_, kind == Number::kFinite ? word : "0");
+      }
     }
     out_ += keyword == "vt" && used == 1 ? " 0" : "";
     is_mixed_ = is_mixed_ || (is_colored && !has_colors_ && counts_[0] > 0);
@@ -168,6 +178,13 @@ class ObjMender {
     out_ += '\n';
     ++counts_[is_vertex ? 0 : keyword == "vt" ? 1 : 2];
     return "";
+  }
+
+  void append_color(std::string_view word) {
+    const double value = number_in(word).value_or(0);
+    color_most_ = std::max(color_most_, value);
+    are_whole_ = are_whole_ && value == std::floor(value);
+    append_number(out_, is_in_bytes_ ? std::to_string(value / 255) : word);
   }
 
   std::string add_face(const std::vector<std::string_view>& words, std::size_t number) {
@@ -243,7 +260,7 @@ class ObjMender {
         return equal_ignoring_case(last_part(file.name), last_part(name));
       });
     };
-    names = is_file(names) ? names : trimmed(names.substr(0, names.find(" #")));
+    names = is_file(names) ? names : unquoted(trimmed(names.substr(0, names.find(" #"))));
     const auto parts = words_of(names);
     const bool is_one = is_file(names) && !std::all_of(parts.begin(), parts.end(), is_file);
     const auto words = is_one ? std::vector{names} : parts;
@@ -267,7 +284,10 @@ class ObjMender {
   Corner most_{};                 ///< the largest indices of faces
   std::size_t line_of_most_ = 0;  ///< of vertices
   bool has_colors_ = false;
-  bool is_mixed_ = false;  ///< Some vertices before the first with a colour have none.
+  double color_most_ = 0;     ///< of the vertices' colours
+  bool are_whole_ = true;     ///< All of these are whole numbers.
+  bool is_in_bytes_ = false;  ///< These go up to 255, not to 1.
+  bool is_mixed_ = false;     ///< Some vertices before the first with a colour have none.
   std::size_t short_faces_ = 0;
   std::size_t lines_and_points_ = 0;
   std::size_t curves_ = 0;

@@ -52,17 +52,17 @@ std::string check_transforms(std::string_view model) {
   return "";
 }
 
-/// Whether XML is in UTF-16 or UTF-32: it begins with a byte order mark, or its first characters
-/// have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
+/// Whether this is XML in UTF-16 or UTF-32: it begins with a byte order mark, or its first
+/// characters have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
 bool is_wide(std::string_view text) {
+  const std::string_view first = text.substr(0, 4);
   return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
-         text.substr(0, 4).find('\0') != std::string_view::npos;
+         (first.find('\0') != std::string_view::npos && first.find('<') != std::string_view::npos);
 }
 
 /// Whether an entry is a model, by its name or its content: a package may give it any name.
 bool is_model(std::string_view name, std::string_view text) {
-  const bool is_wide_xml = is_wide(text) && text.substr(0, 4).find('<') != std::string_view::npos;
-  return in_lower_case(name).ends_with(".model") || is_wide_xml ||
+  return in_lower_case(name).ends_with(".model") || is_wide(text) ||
          text.find("<model") != std::string_view::npos;
 }
 
@@ -78,7 +78,9 @@ void add_notes(std::string_view model, std::vector<std::string>& notes) {
   }
   for (std::size_t at = model.find("<triangle "); at != std::string_view::npos;
        at = model.find("<triangle ", at + 1)) {
-    const std::string_view triangle = model.substr(at, model.find('>', at) - at);
+    constexpr std::size_t kLooked = 512;  // bytes: seven attributes
+    const std::string_view rest = model.substr(at, kLooked);
+    const std::string_view triangle = rest.substr(0, rest.find('>'));
     if (triangle.find(" pid") != std::string_view::npos ||
         triangle.find(" p1") != std::string_view::npos) {
       notes.emplace_back("3MF: each object has one material; those of its triangles are left out.");

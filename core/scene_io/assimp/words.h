@@ -113,4 +113,10 @@ inline Bytes bytes_of(std::string_view text) {
   return Bytes(first, first + text.size());
 }
 
+/// Returns a name without the quotes around it.
+inline std::string_view unquoted(std::string_view name) {
+  const bool is_quoted = name.size() > 2 && name.front() == '"' && name.back() == '"';
+  return is_quoted ? name.substr(1, name.size() - 2) : name;
+}
+
 }  // namespace core

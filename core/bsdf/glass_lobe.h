@@ -203,7 +203,7 @@ class GlassLobeOf {
   [[gnu::noinline]] Color with_film(F cos_oh, Color bare) const noexcept {
     const F cos_outer =
         select(inside_, safe_sqrt(1 - (1 - cos_oh * cos_oh) / (eta_ * eta_)), cos_oh);
-    return film_.mixed(bare, film_.fresnel(cos_outer, f0_) * f90_);
+    return film_.mixed(bare, film_.fresnel(cos_outer, f0_, f90_));
   }
 
   Color color_;

@@ -21,6 +21,19 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
                       [e_average](F x) { return x * x * e_average / (1 - x * (1 - e_average)); });
 }
 
+/// Returns the mean over the hemisphere of value(mu), weighted by the cosine: at equal steps of
+/// mu^2, whose weights are equal. With 8, white surfaces of f0 0.04 under films of up to 1000 nm
+/// gain at most 0.6%, 0.3% where their index is 1.1 or more. Two Gauss nodes gained up to 5%.
+template <typename F, typename Value>
+F hemispherical_mean(Value value) noexcept {
+  constexpr int kSteps = 8;
+  F sum(0);
+  for (int i = 0; i < kSteps; ++i) {
+    sum = sum + value(sqrt(F((static_cast<float>(i) + 0.5F) / kSteps)));
+  }
+  return sum * F(1.0F / kSteps);
+}
+
 template <typename F>
 struct InterfaceOf {
   using Color = ColorOf<F>;
@@ -74,21 +87,14 @@ struct InterfaceOf {
 
  private:
   [[gnu::noinline]] Color of_film(F cos_oh) const noexcept {
-    return film.fresnel(max(cos_oh, F(0)), color_f0) * f90;
+    return film.fresnel(max(cos_oh, F(0)), color_f0, f90);
   }
   [[gnu::noinline]] F albedo_with_film(F mu, AlbedoOf<F> e) const noexcept {
     const F plain = single(e);
     return film.mixed(plain, max_component(of_film(mu)) * e.e) + multiple * (1 - e.e);
   }
-  /// Returns the mean over the hemisphere by two-point Gauss quadrature for the weight 2 mu.
   [[gnu::noinline]] F mean_albedo(F roughness) const noexcept {
-    constexpr float kMu[2] = {0.3550510F, 0.8449490F};
-    constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
-    F mean(0);
-    for (int i = 0; i < 2; ++i) {
-      mean = mean + kWeight[i] * albedo(F(kMu[i]), specular_albedo(F(kMu[i]), roughness));
-    }
-    return mean;
+    return hemispherical_mean<F>([&](F mu) { return albedo(mu, specular_albedo(mu, roughness)); });
   }
 };
 using Interface = InterfaceOf<float>;

@@ -307,6 +307,26 @@ TEST(Bsdf, FilmsOverHalfMetalsAreMixturesOfBothFilms) {
   }
 }
 
+// From within, too, where the film is not seen under total reflection. Rough solids within the
+// error that core/bsdf/glass_lobe.h states.
+TEST(Bsdf, FilmsOverSolidsMakeNoLight) {
+  for (const FilmCase& film : films({0.0F, 0.2F, 0.8F, 1.0F})) {
+    for (const bool inside : {false, true}) {
+      for (const double degrees : {0.0, 40.0, 70.0, 80.0}) {
+        const core::BsdfParameters p = {.transmission = 1, .thin = false, .inside = inside};
+        const core::Rgb seen = sampled_color(film.seen_from(degrees, p), 4000);
+        const float error = film.roughness > 0 ? 0.018F : 1e-5F;
+        EXPECT_LE(core::max_component(seen), 1 + error)
+            << film.ior << " " << film.thickness_nm << " " << film.roughness << " " << inside << " "
+            << degrees;
+        if (!(film.roughness > 0) && inside && degrees > 41.8) {  // the critical angle of 1.5
+          EXPECT_EQ(seen, core::Rgb(1)) << degrees;
+        }
+      }
+    }
+  }
+}
+
 core::BsdfParameters brushed_metal(float roughness, float strength) {
   core::BsdfParameters p;
   p.metallic = 1;

@@ -46,9 +46,9 @@ struct InterfaceOf {
   ThinFilmOf<F> film;
 
   InterfaceOf() = default;
-  /// wo, average: albedos of the lobe s with F = 1.
+  /// wo, average: albedos of the lobe s with F = 1. is_coupled: where coupling() is needed.
   InterfaceOf(Color at_normal, F at_grazing, const ThinFilmOf<F>& over, const FacetsOf<F>& s,
-              AlbedoOf<F> wo, AlbedoOf<F> average) noexcept
+              AlbedoOf<F> wo, AlbedoOf<F> average, MaskOf<F> is_coupled) noexcept
       : color_f0(at_normal),
         f0(max_component(color_f0)),
         f90(at_grazing),
@@ -56,13 +56,16 @@ struct InterfaceOf {
     F mean = albedo(average);
     if (over.exists) {
       film = over;
-      mean = select(film.weight > 0, mean_albedo(s.roughness), mean);
+      const MaskOf<F> is_filmed = (film.weight > 0) & is_coupled;
+      if (any(is_filmed)) {
+        mean = select(is_filmed, mean_albedo(s.roughness), mean);
+      }
     }
     open_wo = 1 - albedo(s.wo.z, wo);
     norm = 1 / max(1 - mean, F(1e-4F));
   }
   /// Returns no interface.
-  static InterfaceOf none() noexcept { return {Color(F(0)), F(0), {}, {}, {}, {}}; }
+  static InterfaceOf none() noexcept { return {Color(F(0)), F(0), {}, {}, {}, {}, MaskOf<F>{}}; }
 
   /// Returns the reflectance of a facet.
   Color fresnel_rgb(F cos_oh) const noexcept {

@@ -23,7 +23,8 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
 
 /// Returns the mean over the hemisphere of value(mu), weighted by the cosine: at equal steps of
 /// mu^2, whose weights are equal. With 8, white surfaces of f0 0.04 under films of up to 1000 nm
-/// gain at most 0.6%, 0.3% where their index is 1.1 or more. Two Gauss nodes gained up to 5%.
+/// and of index 1.1 or more gain nothing in the mean of the channels, and at most 1.5% in one; with
+/// two Gauss nodes, 4%.
 template <typename F, typename Value>
 F hemispherical_mean(Value value) noexcept {
   constexpr int kSteps = 8;

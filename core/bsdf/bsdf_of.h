@@ -332,9 +332,9 @@ class BsdfOf {
       base.passed = walls.diffuse_color * (base.lambert * passed);
       below_ = base.passed;
     } else {
-      // Beside refraction, it changes radiance by the squared indices too, and less of the light in
-      // the denser medium passes, so that the lobe is reciprocal.
-      const F squared = square(select(solids->transmission > 0, solids->ior, F(1)));
+      // It changes radiance by the squared indices as refraction does, and less of the light in the
+      // denser medium passes, so that the lobe is reciprocal.
+      const F squared = square(solids->ior);
       const F eta_2 = select(solids->inside, 1 / squared, squared);
       passed = passed * min(eta_2, F(1));
       base.passed = walls.diffuse_color * (base.lambert * passed);
@@ -578,7 +578,7 @@ class BsdfOf {
         wi = -spread_.sample(u);
         is_below = on;
         if (glass_) {
-          to.s.eta = select(on & is_solid_, glass_->eta(), to.s.eta);
+          to.s.eta = select(on, glass_->eta(), to.s.eta);
         }
         break;
       case kSheen:

@@ -30,6 +30,9 @@ struct Solid {
   std::uint32_t rank = 0;      ///< shared space belongs to the highest
   bool shares_space = false;   ///< may touch or overlap others
   Bounds box;                  ///< world, at all times
+  /// Index of refraction of the interior at 587.6 nm. 1 if no material of the surface has specular
+  /// transmission: what diffuse transmission alone lets in meets no index.
+  float ior = 1;
 };
 
 /// Returns whether a path that meets the front or the back of a triangle enters its solid.

@@ -158,6 +158,7 @@ class SolidFinder {
     const auto id = static_cast<std::uint32_t>(scene_.solids.size());
     Solid solid;
     double largest = -1;
+    bool refracts = false;
     for (const std::size_t i : surface.meshes) {
       PlacedMesh& here = scene_.placed[placed[i]];
       const MeshData& mesh = scene_.meshes[here.mesh];
@@ -170,7 +171,9 @@ class SolidFinder {
         largest = size;
         solid.material = &material;
       }
+      refracts = refracts || material.plain.transmission > 0;
     }
+    solid.ior = refracts ? std::max(solid.material->factors.ior, 1.0F) : 1.0F;
     first_.push_back(placed[surface.meshes.front()]);
     faces_inwards_.push_back(surface.border_edges == 0 && surface.volume_m3 < 0);
     if (surface.border_edges > 0) {

@@ -471,7 +471,7 @@ template <std::size_t N>
       out.unsupported |= 1U << k;
       continue;
     }
-    out.solids.ior.v[k] = std::max(solid.material->factors.ior, 1.0F);
+    out.solids.ior.v[k] = solid.ior;
     out.solids.inside.v[k] = inwards ? 0 : -1;
     out.beyond.v[k] = inwards ? number : 0;
     if ((single >> k & 1U) != 0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -81,6 +82,19 @@ void find_shared_space(std::vector<Solid>& solids) {
       }
     }
   }
+}
+
+/// Returns the consequence for a view that passes the surface once, as through an open pane.
+std::string view_through(float ior) {
+  if (ior == 1) {
+    return "";
+  }
+  char text[160];
+  std::snprintf(text, sizeof text,
+                ", and what lies behind is seen %.3g times as bright (1 over the square of the "
+                "index of refraction); a thin pane has no thicknessFactor",
+                static_cast<double>(1 / (ior * ior)));
+  return text;
 }
 
 /// Joins open surfaces of one material: they are parts of one solid, as the two faces of a slab.
@@ -185,7 +199,8 @@ class SolidFinder {
                       " are wound in one direction: turn one side)"
                 : "is not closed (" + edges + " belong to one triangle only)") +
                "; where light enters the volume that it bounds and does not meet it again, the "
-               "volume has no end");
+               "volume has no end" +
+               view_through(solid.ior));
     }
     scene_.solids.push_back(solid);
   }

@@ -183,6 +183,9 @@ TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
   ASSERT_EQ(open.size(), 1U);
   EXPECT_NE(open.front().detail.find("mesh 'vase'"), std::string::npos);
   EXPECT_NE(open.front().detail.find("is not closed"), std::string::npos);
+  EXPECT_NE(open.front().detail.find("what lies behind is seen 0.444 times as bright"),
+            std::string::npos)
+      << open.front().detail;
 
   // Two halves of a ball, one wound the other way.
   core::PrimitiveDescription upper = test_support::sphere({0, 0, 0}, 1, 8, false, 0);

@@ -187,6 +187,7 @@ class SolidFinder {
       }
       refracts = refracts || material.plain.transmission > 0;
     }
+    solid.scatters = solid.material->medium.scatters();
     solid.ior = refracts ? std::max(solid.material->factors.ior, 1.0F) : 1.0F;
     first_.push_back(placed[surface.meshes.front()]);
     faces_inwards_.push_back(surface.border_edges == 0 && surface.volume_m3 < 0);

@@ -17,6 +17,7 @@ using core::MaterialDescription;
 using core::MediumStack;
 using core::Rgb;
 using core::Solid;
+using core::SolidFace;
 using core::SolidKind;
 using core::Vec3;
 
@@ -101,6 +102,11 @@ TEST(MediumStack, ASegmentBetweenAHoleAndNoSurfaceIsFreeOfTheMedium) {
   media.begin_segment();
   EXPECT_EQ(media.medium_to({&solid, true}), nullptr);
   EXPECT_EQ(media.medium_to({}), &material);
+  solid.scatters = true;
+  for (const SolidFace start : {SolidFace(), SolidFace{&solid, true}}) {
+    media.begin_segment(start);
+    EXPECT_EQ(media.medium_to({&solid, true}), &material);
+  }
 }
 
 TEST(Solids, ContainThePointsInsideTheirSurface) {

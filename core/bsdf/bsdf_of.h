@@ -47,7 +47,7 @@ class BsdfOf {
   /// ng: local geometric normal on wo's side, unit; it defines the horizon. extra: layers, solids,
   /// walls and films, each null if no lane has any. layers: as for TopLayersOf; solids: have the
   /// transmission, specular_color, ior and inside of BsdfParameters; walls: WallOf; films: have
-  /// film(), ThinFilmOf. Weights are 0 in lanes without such a part.
+  /// film(), ThinFilmOf. Weights are 0, and the ior is 1, in lanes without such a part.
   template <typename Surface, typename Extra>
   BsdfOf(const Surface& s, GgxOf<F> ggx, V wo, V ng, const Extra& extra) noexcept
       : ng_(ng),

@@ -299,8 +299,9 @@ template <std::size_t N>
 
 bool lanes_support(const SceneData& scene, const Solid& solid) noexcept {
   const Material& m = *solid.material;
+  // Lanes know no diffuse transmission of solids: a path would come and go with each segment.
   return !scene.has_solid_holes && solid.kind != SolidKind::kCavity && !m.medium.scatters() &&
-         !(m.factors.dispersion > 0);
+         !(m.factors.dispersion > 0) && m.plain.transmission > 0;
 }
 
 LaneSurfaces::~LaneSurfaces() = default;

@@ -1,5 +1,11 @@
 // Closed spheres and constant environments (truths 1, 2 and 9), for every row of the registries.
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core/integrators/registry.h"
+#include "core/render/picture/meter.h"
 #include "core/settings/choices.h"
 #include "tests/render/gltf_stage.h"
 #include "tests/render/truth.h"
@@ -211,6 +217,24 @@ TEST(WhiteFurnace, HoldsWhereTransmissionVaries) {
       expect_truth(ball_in_furnace(test_support::scene_of(parts, {wax, glass})), 1, 1e-2,
                    std::to_string(share) + " thirds of wax", 5e-3);
     }
+  }
+}
+
+TEST(WhiteFurnace, AMeterBesideASolidWithHolesReadsTheSky) {
+  for (const float transmission : {1.0F, 0.0F}) {
+    core::MaterialDescription m = solid(transmission, 1.5F);
+    m.alpha_mode = core::AlphaMode::kBlend;
+    m.base_alpha = 0.5F;
+    core::View view = test_support::view_of(
+        test_support::scene_of({m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 4, 4);
+    view.environment = test_support::constant_sky({1, 1, 1});
+    view.settings.max_depth = 128;
+    view.settings.meter.points = {{{0, 0, 1.05}, {0, 0, -1}}};
+    const core::Meter meter({view.scene->data(), view.environment.get(), view.settings});
+    core::MeterChunk chunk;
+    ASSERT_TRUE(meter.render(0, chunk, 16384, {}));
+    const auto readings = core::meter_readings(core::meter_points(view.settings.meter), {chunk});
+    EXPECT_NEAR(readings.at(0).illuminance / std::numbers::pi, 1, 0.02) << transmission;
   }
 }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <strings.h>
 
 #include "api/answers/tenant_view.h"
 #include "api/answers/worker_view.h"
@@ -18,6 +17,7 @@
 #include "api/lab.h"
 #include "api/operations.h"
 #include "api/schema_parts.h"
+#include "core/base/text.h"
 
 namespace api {
 namespace {
@@ -97,11 +97,10 @@ Json parameters_of(const Operation& operation, const std::string& path,
                    {"description", row.summary},
                    {"schema", Json::parse(row.schema)}};
     // Go has one struct for query and headers: the header Range beside the query `range`.
-    const std::string text(name);
-    if (std::any_of(list.begin(), list.end(), [&text](const Json& each) {
-          return strcasecmp(each["name"].get<std::string>().c_str(), text.c_str()) == 0;
+    if (std::any_of(list.begin(), list.end(), [name](const Json& each) {
+          return core::equal_ignoring_case(each["name"].get<std::string>(), name);
         })) {
-      header["x-go-name"] = text + "Header";
+      header["x-go-name"] = std::string(name) + "Header";
     }
     list.push_back(std::move(header));
   }
@@ -167,9 +166,7 @@ Json operation_json(const Operation& operation, const std::string& id, const std
 }
 
 void add_operation(Json& paths, const Operation& operation, const Capabilities& capabilities) {
-  std::string method(operation.method);
-  std::transform(method.begin(), method.end(), method.begin(),
-                 [](char c) { return static_cast<char>(c - 'A' + 'a'); });
+  const std::string method = core::in_lower_case(operation.method);
   std::string path(operation.path);
   const std::string id(operation.id);
   // OpenAPI has no optional path parts: `image{.format}` becomes two paths.

@@ -14,6 +14,7 @@
 #include "api/json/time_text.h"
 #include "api/queries/look_rows.h"
 #include "api/queries/render_query.h"
+#include "core/base/text.h"
 #include "core/settings/choices.h"
 
 namespace api {
@@ -185,12 +186,7 @@ const std::map<std::string, Preset>& ready_presets() {
 bool is_preset_name(std::string_view text) {
   constexpr std::size_t kCharactersMax = 64;
   const auto lights = core::environment_presets();
-  return !text.empty() && text.size() <= kCharactersMax &&
-         std::all_of(text.begin(), text.end(),
-                     [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                              (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
-                     }) &&
+  return !text.empty() && text.size() <= kCharactersMax && core::is_word(text, "._-") &&
          std::none_of(lights.begin(), lights.end(),
                       [text](const auto& light) { return light.name == text; });
 }

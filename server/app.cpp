@@ -23,6 +23,7 @@
 #include "core/accel/arithmetic.h"
 #include "core/base/paged_memory.h"
 #include "core/base/shown_address.h"
+#include "core/base/text.h"
 #include "server/arrival.h"
 #include "server/auth/guard.h"
 #include "server/auth/key_ring.h"
@@ -329,8 +330,8 @@ class App {
       http_->set_tls(*std::move(tls));
     }
     log_.set_level(next.log_level);
-    const std::string changed = joined(changed_flags(*now, next));
-    const std::string waiting = joined(changed_flags(next, *read));
+    const std::string changed = core::joined(changed_flags(*now, next), ", ");
+    const std::string waiting = core::joined(changed_flags(next, *read), ", ");
     live_.set(std::move(next));
     log_.write(LogLevel::kWarning, "reloaded", {{"changed", changed}, {"needs_restart", waiting}});
   }
@@ -352,14 +353,6 @@ class App {
       return std::nullopt;
     }
     return error_answer(request, core::ErrorCode::kUnavailable, "the server is starting");
-  }
-
-  static std::string joined(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) {
-      text += (text.empty() ? "" : ", ") + name;
-    }
-    return text;
   }
 
   /// Returns null without a certificate.

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 #include <utility>
 
 #include <arpa/inet.h>
 
 #include "core/base/shown_address.h"
+#include "core/base/text.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -20,22 +20,13 @@ core::Error refused(std::string_view text, const char* expected) {
           {}};
 }
 
-std::string in_lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 /// RFC 1123, 2.1, and underscores: labels of letters, digits and dashes, which begin and end none.
 bool is_name(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('.'), text.size());
     const std::string_view label = text.substr(0, end);
-    const bool is_label = std::all_of(label.begin(), label.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '-' || c == '_';
-    });
-    if (label.empty() || !is_label || label.front() == '-' || label.back() == '-') {
+    if (label.empty() || !core::is_word(label, "-_") || label.front() == '-' ||
+        label.back() == '-') {
       return false;
     }
     if (end == text.size()) {
@@ -67,7 +58,7 @@ std::optional<std::pair<std::string, std::string>> split_host(std::string_view t
   if (!(is_name(name) || is_bracketed_address(name)) || !is_port) {
     return std::nullopt;
   }
-  return std::pair(in_lower_case(name), port.empty() ? "" : std::to_string(number));
+  return std::pair(core::in_lower_case(name), port.empty() ? "" : std::to_string(number));
 }
 
 struct Scheme {
@@ -96,7 +87,7 @@ core::Result<std::string> parse_host(std::string_view text) {
 }
 
 core::Result<std::string> parse_origin(std::string_view text) {
-  const std::string lower = in_lower_case(text);
+  const std::string lower = core::in_lower_case(text);
   for (const Scheme& scheme : kSchemes) {
     if (lower.starts_with(scheme.prefix)) {
       std::string_view rest = std::string_view(lower).substr(scheme.prefix.size());

@@ -303,18 +303,13 @@ const ViewRow<JobView>& pause_reason_row() {
       shape::nullable(shape::one_of({kPauseReasons.begin() + 1, kPauseReasons.end()},
                                     "Why the job is paused; null: it is not. `storage_full`: it "
                                     "resumes by itself when the disk has space.")),
-      [](const JobView& j) -> Json {
-        const std::string_view reason = to_text(j.pause_reason);
-        return reason.empty() ? Json(nullptr) : Json(reason);
-      }};
+      [](const JobView& j) { return text_or_null(to_text(j.pause_reason)); }};
   return kRow;
 }
 
 const ViewRow<JobView>& stop_reason_row() {
-  static const ViewRow<JobView> kRow = {"stop_reason", stop_reason_shape(),
-                                        [](const JobView& j) -> Json {
-                                          const std::string_view reason = to_text(j.stop_reason);
-                                          return reason.empty() ? Json(nullptr) : Json(reason);
+  static const ViewRow<JobView> kRow = {"stop_reason", stop_reason_shape(), [](const JobView& j) {
+                                          return text_or_null(to_text(j.stop_reason));
                                         }};
   return kRow;
 }
@@ -374,11 +369,9 @@ const ViewRow<JobView>& digest_row() {
   static const ViewRow<JobView> kRow = {
       "film_digest",
       shape::nullable(shape::text("SHA-256 of the film's exact content, once finished.")),
-      [](const JobView& j) { return j.film_digest.empty() ? Json(nullptr) : Json(j.film_digest); }};
+      [](const JobView& j) { return text_or_null(j.film_digest); }};
   return kRow;
 }
-
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 const View<core::FlickerInterval>& flicker_view() {
   static const View<core::FlickerInterval> kView = {

@@ -37,7 +37,7 @@ const View<LightNotFound>& light_not_found_view() {
        {"reason",
         shape::nullable(shape::text("A sentence: whose light is missing, and which integrator "
                                     "finds it; null: no tile lacks light.")),
-        [](const LightNotFound& l) { return l.reason.empty() ? Json(nullptr) : Json(l.reason); }},
+        [](const LightNotFound& l) { return text_or_null(l.reason); }},
        {"integrators",
         shape::list(shape::text(), "The integrators in `reason`; empty: no tile lacks light."),
         Member<&LightNotFound::integrators>::json}}};

@@ -5,6 +5,7 @@
 #include "api/answers/views.h"
 #include "api/job/job_rows.h"
 #include "api/json/json.h"
+#include "api/json/values.h"
 #include "core/settings/choices.h"
 
 namespace api {
@@ -182,7 +183,7 @@ const View<LabelView>& label_view() {
       "Meaning of an id in the layers material and primitive.",
       {{"id", shape::count(), Member<&LabelView::id>::json},
        {"pointer", shape::nullable(shape::text("Null: glTF's default material.")),
-        [](const LabelView& l) { return l.pointer.empty() ? Json(nullptr) : Json(l.pointer); }},
+        [](const LabelView& l) { return text_or_null(l.pointer); }},
        {"name", shape::text(), Member<&LabelView::name>::json}}};
   return kView;
 }

@@ -11,9 +11,12 @@
 #include "api/json/time_text.h"
 #include "api/json/values.h"
 #include "api/json/view_rows.h"
+#include "core/base/text.h"
 
 namespace api {
 namespace {
+
+constexpr std::size_t kTenantCharacters = 64;  // maximum length of a tenant's name
 
 constexpr std::array<std::string_view, 4> kScopes = {"read", "write", "admin", "worker"};
 constexpr std::array<std::string_view, 3> kDeliveryStates = {"pending", "delivered", "failed"};
@@ -135,7 +138,7 @@ const Columns<DeliveryView>& delivery_columns() {
       {"id", text_schema("The webhook-id that is sent with every attempt."),
        Member<&DeliveryView::id>::json},
       {"job", text_schema("Job or batch of the event; null: a test.", true),
-       [](const DeliveryView& call) { return call.job.empty() ? Json(nullptr) : Json(call.job); }},
+       [](const DeliveryView& call) { return text_or_null(call.job); }},
       {"event", text_schema("Type of event: `state`, `end` or `test`."),
        Member<&DeliveryView::event>::json},
       {"url", text_schema(""), Member<&DeliveryView::url>::json},
@@ -153,9 +156,7 @@ const Columns<DeliveryView>& delivery_columns() {
          return call.status > 0 ? Json(call.status) : Json(nullptr);
        }},
       {"detail", text_schema("Why the last attempt failed; null: it did not fail.", true),
-       [](const DeliveryView& call) {
-         return call.detail.empty() ? Json(nullptr) : Json(call.detail);
-       }},
+       [](const DeliveryView& call) { return text_or_null(call.detail); }},
   };
   return kColumns;
 }
@@ -240,15 +241,13 @@ std::string new_key_json(const KeyView& key, std::string_view token) {
   return dump(made);
 }
 
+bool is_tenant_name(std::string_view text) {
+  return !text.empty() && text.size() <= kTenantCharacters && core::is_word(text, "._-");
+}
+
 Parsed<KeyRequest> parse_key_request(std::string_view body) {
   auto parsed = parse_body<KeyRequest>(key_request_table(), body);
-  constexpr std::string_view kOthers = "._-";
-  const auto is_allowed = [&](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           kOthers.find(c) != std::string_view::npos;
-  };
-  if (parsed && parsed->tenant &&
-      !std::all_of(parsed->tenant->begin(), parsed->tenant->end(), is_allowed)) {
+  if (parsed && parsed->tenant && !is_tenant_name(*parsed->tenant)) {
     Faults faults;
     faults.add("/tenant",
                shown(Json(*parsed->tenant)) + " may contain only letters, digits and ._-");

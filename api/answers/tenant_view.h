@@ -14,7 +14,8 @@
 
 namespace api {
 
-inline constexpr std::int64_t kTenantCharacters = 64;  ///< Maximum length of a tenant's name.
+/// Returns whether the name has 1 to 64 letters, digits, `.`, `_` and `-`.
+bool is_tenant_name(std::string_view text);
 
 struct KeyView {
   std::string id;

@@ -68,9 +68,7 @@ const View<WorkerOrders>& orders_view() {
       {{"suitable", shape::flag("Whether the worker gets units."),
         [](const WorkerOrders& o) -> Json { return o.reason.empty(); }},
        {"reason", shape::nullable(shape::text("Why the worker gets no units.")),
-        [](const WorkerOrders& o) -> Json {
-          return o.reason.empty() ? Json(nullptr) : Json(o.reason);
-        }},
+        [](const WorkerOrders& o) -> Json { return text_or_null(o.reason); }},
        {"report_seconds", shape::real("Time until the next report."),
         Member<&WorkerOrders::report_seconds>::json},
        {"dropped", shape::texts("Units whose results are no longer needed."),
@@ -119,9 +117,7 @@ const View<WorkerView>& worker_view() {
         shape::nullable(
             shape::text("Why the worker is unsuitable or suspended; for the operator and keys with "
                         "the scope admin, with the error that it reported.")),
-        [](const WorkerView& w) -> Json {
-          return w.reason.empty() ? Json(nullptr) : Json(w.reason);
-        }},
+        [](const WorkerView& w) -> Json { return text_or_null(w.reason); }},
        {"seen_at", shape::time("Time of the last report."),
         [](const WorkerView& w) -> Json { return rfc3339(w.seen_at_unix_seconds); }}}};
   return kView;

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/text.h"
+
 namespace flags {
 
 using Json = nlohmann::ordered_json;
@@ -51,12 +53,6 @@ std::optional<double> number_of(std::string_view text) {
                                                                  : std::nullopt;
 }
 
-std::string number_text(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
 /// Returns empty if the text is a number in the range.
 std::string fault_of_number(const std::string& text, double min, double max, bool open) {
   const auto value = number_of(text);
@@ -65,8 +61,8 @@ std::string fault_of_number(const std::string& text, double min, double max, boo
   }
   const bool inside = *value <= max && (open ? *value > min : *value >= min);
   return inside ? ""
-                : text + " is outside " + (open ? "(" : "[") + number_text(min) + ", " +
-                      number_text(max) + "]";
+                : text + " is outside " + (open ? "(" : "[") + core::shortest_text(min) + ", " +
+                      core::shortest_text(max) + "]";
 }
 
 /// Option names used by other renderers, and ours.
@@ -181,12 +177,12 @@ CLI::Validator share_within(double min, double max) {
               if (!percent) {
                 return '"' + text + "\" is not a percentage";
               }
-              number = number_text(*percent / 100);
+              number = core::shortest_text(*percent / 100);
             }
             std::string fault = fault_of_number(number, min, max, false);
             const auto share = number_of(number);
             if (share && *share > 1 && !text.ends_with('%')) {
-              fault = text + " is " + number_text(*share * 100) + "%; " + text +
+              fault = text + " is " + core::shortest_text(*share * 100) + "%; " + text +
                       "% is more likely: write the percent sign";
             }
             if (fault.empty()) {

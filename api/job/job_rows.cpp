@@ -8,6 +8,7 @@
 #include "api/json/fields.h"
 #include "api/json/limits.h"
 #include "api/requests.h"
+#include "core/base/text.h"
 #include "core/layers/layer_rows.h"
 #include "core/settings/light_shares.h"
 
@@ -333,12 +334,8 @@ std::vector<std::string> default_layers() {
 void print_layers(const JobSpec& spec, Json& object) { object["layers"] = spec.layers; }
 
 Json layers_schema(const JobSpec& defaults) {
-  std::string recordable;
-  for (const std::string& name : recordable_layers()) {
-    recordable += (recordable.empty() ? "" : ", ") + name;
-  }
   Json schema =
-      basic_schema("array", "Layers to record: " + recordable +
+      basic_schema("array", "Layers to record: " + core::joined(recordable_layers(), ", ") +
                                 ", light shares (bounce:N and light:NAME for path and bdpt, st:S,T "
                                 "for bdpt), and irradiance. All other layers are always recorded.");
   schema["items"] = layer_schema();

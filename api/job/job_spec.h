@@ -69,14 +69,7 @@ struct JobSpec {
   bool has_image = true;  ///< false: render.film is a single pixel, and only the meter counts
   core::RenderSettings render =
       core::default_settings(core::RenderSettings{}.integrator, core::kJobTerms);
-  core::StopRules stop = {.samples_per_pixel = 256,
-                          .relative_error = {},
-                          .confidence = 0.95,
-                          .worst_tile = false,
-                          .denoised_error = {},
-                          .seconds = {},
-                          .cpu_seconds = {},
-                          .deadline_unix_seconds = {}};
+  core::StopRules stop = {.samples_per_pixel = 256};
 };
 
 struct ParsedJob {

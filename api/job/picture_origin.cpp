@@ -58,13 +58,7 @@ Parsed<ParsedJob> parse_picture_origin(const std::map<std::string, std::string>&
     }
     // The film follows from the number of samples, whichever rule ended the job.
     job.stop = core::StopRules{.samples_per_pixel = static_cast<int>(std::lround(samples)),
-                               .relative_error = {},
-                               .confidence = job.stop.confidence,
-                               .worst_tile = false,
-                               .denoised_error = {},
-                               .seconds = {},
-                               .cpu_seconds = {},
-                               .deadline_unix_seconds = {}};
+                               .confidence = job.stop.confidence};
     const std::string* reason = find(texts, "tessera:stop_reason");
     if (core::is_by_error(stop_reason_from_text(reason != nullptr ? *reason : "")
                               .value_or(core::StopReason::kNone)) ||

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "core/base/text.h"
 #include "core/math/numbers.h"
 
 namespace api {
@@ -187,11 +188,9 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
     if (std::find(known.begin(), known.end(), member.key()) != known.end()) {
       continue;
     }
-    std::string detail = known.empty() ? "Unknown field; no fields are allowed here"
-                                       : "Unknown field; expected one of: ";
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      detail += (i == 0 ? "" : ", ") + std::string(known[i]);
-    }
+    std::string detail = known.empty()
+                             ? "Unknown field; no fields are allowed here"
+                             : "Unknown field; expected one of: " + core::joined(known, ", ");
     const bool is_of_job = pointer.empty() || pointer.ends_with("/stop");
     if (is_of_job && (member.key() == "samples" || member.key() == "spp")) {
       detail += "; the number of samples is stop.samples_per_pixel";
@@ -201,12 +200,10 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
 }
 
 std::string not_available(const Json& value, std::span<const std::string_view> available) {
-  std::string text = "Unknown value " + shown(value) + "; expected one of: ";
-  for (std::size_t i = 0; i < available.size(); ++i) {
-    text += (i == 0 ? "" : ", ") + std::string(available[i]);
-  }
-  return text;
+  return "Unknown value " + shown(value) + "; expected one of: " + core::joined(available, ", ");
 }
+
+Json text_or_null(std::string_view text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json number_json(double value) {
   if (std::abs(value) < core::kExactIntegers && std::trunc(value) == value) {

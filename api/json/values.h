@@ -69,6 +69,8 @@ void refuse_unknown_members(const Json& object, std::span<const std::string_view
 /// Returns "Unknown value 'x'; expected one of: a, b".
 std::string not_available(const Json& value, std::span<const std::string_view> available);
 
+/// Returns null for an empty text.
+Json text_or_null(std::string_view text);
 /// Whole numbers are written without a fraction.
 Json number_json(double value);
 Json number_json(float value);

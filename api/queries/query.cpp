@@ -14,6 +14,7 @@
 #include "api/json/values.h"
 #include "api/queries/queries.h"
 #include "api/requests.h"
+#include "core/base/text.h"
 #include "core/settings/choices.h"
 
 namespace api {
@@ -65,11 +66,7 @@ constexpr std::string_view kCursorPattern = "^[A-Za-z0-9_-]{1,256}$";
 template <typename S>
 void read_cursor(const std::string& text, S& out, const std::string& pointer, Faults& faults) {
   constexpr std::size_t kLongest = 256;
-  const auto allowed = [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
-           c == '_';
-  };
-  if (text.empty() || text.size() > kLongest || !std::all_of(text.begin(), text.end(), allowed)) {
+  if (text.empty() || text.size() > kLongest || !core::is_word(text, "-_")) {
     faults.add(pointer, "Invalid page cursor " + shown(Json(text)));
     return;
   }

@@ -6,35 +6,20 @@
 #include "api/json/limits.h"
 #include "api/json/values.h"
 #include "api/requests.h"
+#include "core/base/text.h"
 
 namespace api {
-namespace {
-
-bool is_hex(char c) {
-  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-}
-
-}  // namespace
 
 std::optional<int> prefer_wait_seconds(std::string_view prefer_header) {
-  const auto trim = [](std::string_view text) {
-    const auto first = text.find_first_not_of(" \t");
-    if (first == std::string_view::npos) {
-      return std::string_view();
-    }
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-  };
+  const auto trim = [](std::string_view text) { return core::trimmed(text, " \t"); };
   while (!prefer_header.empty()) {
     const std::size_t end = std::min(prefer_header.find(','), prefer_header.size());
     std::string_view preference = trim(prefer_header.substr(0, end));
     prefer_header.remove_prefix(std::min(end + 1, prefer_header.size()));
     preference = trim(preference.substr(0, preference.find(';')));
     const std::size_t equals = preference.find('=');
-    std::string name(trim(preference.substr(0, equals)));
-    std::transform(name.begin(), name.end(), name.begin(), [](char c) {
-      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
-    if (name != "wait" || equals == std::string_view::npos) {
+    const std::string_view name = trim(preference.substr(0, equals));
+    if (!core::equal_ignoring_case(name, "wait") || equals == std::string_view::npos) {
       continue;
     }
     std::string_view value = trim(preference.substr(equals + 1));
@@ -61,7 +46,7 @@ bool is_uuid(std::string_view text) {
   }
   for (std::size_t i = 0; i < kLength; ++i) {
     const bool is_dash = i == 8 || i == 13 || i == 18 || i == 23;
-    if (is_dash ? text[i] != '-' : !is_hex(text[i])) {
+    if (is_dash ? text[i] != '-' : core::hex_digit(text[i]) < 0) {
       return false;
     }
   }
@@ -80,7 +65,7 @@ bool expect_uuid(const std::string& text, std::string_view kind, const std::stri
 bool is_sha256(std::string_view text) {
   constexpr std::size_t kLength = 64;
   return text.size() == kLength && std::all_of(text.begin(), text.end(), [](char c) {
-           return is_hex(c) && !(c >= 'A' && c <= 'F');
+           return core::hex_digit(c) >= 0 && c == core::to_lower(c);
          });
 }
 

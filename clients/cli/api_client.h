@@ -84,7 +84,4 @@ class ApiClient {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Percent-encodes all but unreserved characters.
-std::string encode_url(std::string_view text);
-
 }  // namespace cli

@@ -18,6 +18,7 @@
 #include "clients/cli/terminal.h"
 #include "clients/cli/upload.h"
 #include "clients/cli/video.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -122,9 +123,9 @@ core::Status download(ApiClient& client, const std::string& path, const std::str
 
 core::Status fetch_pictures(ApiClient& client, const BatchFlags& flags, const std::string& path) {
   std::string look = flags.denoise.empty() ? "" : "&denoise=" + flags.denoise;
-  look += flags.exposure.empty() ? "" : "&exposure=" + encode_url(flags.exposure);
+  look += flags.exposure.empty() ? "" : "&exposure=" + core::percent_encode(flags.exposure);
   if (!flags.output.empty()) {
-    const std::string query = "?format=" + encode_url(flags.format) + look;
+    const std::string query = "?format=" + core::percent_encode(flags.format) + look;
     if (auto got = download(client, path + "/archive.zip" + query, flags.output); !got) {
       return got;
     }
@@ -141,7 +142,7 @@ core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& 
   for (const Json& job : batch.contains("jobs") ? batch["jobs"] : Json::array()) {
     if (text_at(job, "state") == "finished") {
       // A white background, since a video has no alpha.
-      paths.push_back("/v1/jobs/" + encode_url(text_at(job, "id")) +
+      paths.push_back("/v1/jobs/" + core::percent_encode(text_at(job, "id")) +
                       "/image.png?background=ffffff" +
                       (flags.denoise.empty() ? "" : "&denoise=" + flags.denoise));
     }
@@ -149,8 +150,8 @@ core::Status make_video(ApiClient& client, const BatchFlags& flags, const Json& 
   // All frames get the automatic exposure of the first.
   std::string exposure = flags.exposure;
   return write_video(flags.video, paths.size(), [&](std::size_t i) -> core::Result<std::string> {
-    const auto reply =
-        client.get(paths[i] + (exposure.empty() ? "" : "&exposure=" + encode_url(exposure)));
+    const auto reply = client.get(
+        paths[i] + (exposure.empty() ? "" : "&exposure=" + core::percent_encode(exposure)));
     if (!reply) {
       return reply.error();
     }
@@ -236,7 +237,7 @@ int submit(ApiClient& client, const BatchFlags& flags) {
     return kDone;
   }
   std::fprintf(stderr, "%s\n", id.c_str());
-  return follow(client, flags, "/v1/batches/" + encode_url(id));
+  return follow(client, flags, "/v1/batches/" + core::percent_encode(id));
 }
 
 int run(const BatchFlags& flags) {

@@ -4,8 +4,12 @@
 #include <array>
 #include <string_view>
 
+#include "core/base/text.h"
+
 namespace cli {
 namespace {
+
+using core::joined;
 
 /// Words printed by a command, one per line, when they are needed.
 struct Words {
@@ -55,14 +59,6 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
 
 /// Returns the text in single quotes, for a POSIX shell.
 std::string shell_quoted(std::string_view text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
-
-std::string joined(const std::vector<std::string>& parts, std::string_view between) {
-  std::string out;
-  for (const std::string& part : parts) {
-    out += (out.empty() ? "" : std::string(between)) + part;
-  }
-  return out;
-}
 
 Offer offer_for(const OptionText& option) {
   if (!option.choices.empty()) {

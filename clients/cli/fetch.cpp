@@ -11,6 +11,7 @@
 #include "clients/cli/follow.h"
 #include "clients/cli/job_flags.h"
 #include "clients/cli/terminal.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -92,7 +93,7 @@ core::Status fetch_picture(ApiClient& client, const std::string& path, const Pic
                            const std::string& output) {
   std::string parameters;
   const auto add = [&parameters](const std::string& name, const std::string& value) {
-    parameters += (parameters.empty() ? "?" : "&") + name + "=" + encode_url(value);
+    parameters += (parameters.empty() ? "?" : "&") + name + "=" + core::percent_encode(value);
   };
   if (!query.layer.empty()) {
     add("layer", query.layer);

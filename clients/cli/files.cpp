@@ -1,8 +1,6 @@
 #include "clients/cli/files.h"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -10,10 +8,10 @@
 #include <sstream>
 #include <system_error>
 
-#include <openssl/sha.h>
 #include <unistd.h>
 
 #include "core/base/file_names.h"
+#include "core/base/text.h"
 
 namespace cli {
 namespace {
@@ -202,9 +200,7 @@ core::Result<std::optional<std::string>> model_file(const std::string& path) {
 }
 
 std::string extension_of(const std::string& path) {
-  std::string text = fs::path(path).extension().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string text = core::in_lower_case(fs::path(path).extension().string());
   return text.empty() ? text : text.substr(1);
 }
 
@@ -239,17 +235,6 @@ core::Result<std::string> side_file_path(const std::string& folder, std::string_
   }
   const auto [end, rest] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
   return end == home.end() ? core::Result<std::string>(file.string()) : outside;
-}
-
-std::string sha256_hex(std::string_view bytes) {
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : digest) {
-    text += {kDigits[byte >> 4U], kDigits[byte & 15U]};
-  }
-  return text;
 }
 
 }  // namespace cli

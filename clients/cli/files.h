@@ -33,7 +33,4 @@ std::string folder_of(const std::string& path);
 /// kNotFound.
 core::Result<std::string> side_file_path(const std::string& folder, std::string_view name);
 
-/// Returns the SHA-256 as 64 lower-case hex digits.
-std::string sha256_hex(std::string_view bytes);
-
 }  // namespace cli

@@ -6,6 +6,7 @@
 
 #include "clients/cli/job_json.h"
 #include "clients/cli/progress.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -53,7 +54,7 @@ core::Result<Json> get_json(ApiClient& client, const std::string& path) {
 
 core::Result<std::string> job_path(ApiClient& client, const std::string& id) {
   if (id != "latest") {
-    return "/v1/jobs/" + encode_url(id);
+    return "/v1/jobs/" + core::percent_encode(id);
   }
   auto reply = client.get("/v1/jobs?class=normal&limit=1");
   if (!reply) {

@@ -11,6 +11,7 @@
 #include "clients/cli/follow.h"
 #include "clients/cli/job_json.h"
 #include "clients/cli/shown.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -56,13 +57,13 @@ int list_jobs(const ServerFlags& server, const ListFlags& flags) {
     std::string path = std::string("/v1/jobs?") + (flags.previews ? "class=all&" : "") +
                        "limit=" + std::to_string(std::min(left, 200));
     for (const std::string& state : flags.states) {
-      path += "&state=" + encode_url(state);
+      path += "&state=" + core::percent_encode(state);
     }
     for (const std::string& label : flags.labels) {
-      path += "&label=" + encode_url(label);
+      path += "&label=" + core::percent_encode(label);
     }
-    path += flags.name.empty() ? "" : "&name=" + encode_url(flags.name);
-    path += cursor.empty() ? "" : "&cursor=" + encode_url(cursor);
+    path += flags.name.empty() ? "" : "&name=" + core::percent_encode(flags.name);
+    path += cursor.empty() ? "" : "&cursor=" + core::percent_encode(cursor);
     const auto reply = (*client)->get(path);
     if (!reply) {
       return complain("jobs", reply.error());

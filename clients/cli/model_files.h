@@ -9,7 +9,7 @@
 namespace cli {
 
 struct NamedFile {
-  std::string name;  ///< without folders; a converter looks for no more
+  std::string name;  ///< without folders, unless another file has this name
   std::string content;
 };
 /// Returns the model, and of an OBJ the materials and textures that lie beside it. (For those of a

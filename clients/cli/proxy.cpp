@@ -1,10 +1,11 @@
 #include "clients/cli/proxy.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstddef>
 #include <string_view>
+
+#include "core/base/text.h"
 
 namespace cli {
 namespace {
@@ -12,16 +13,9 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-std::string in_lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 /// Returns lower case first: HTTP_PROXY may come from a header of a request in a CGI program.
 std::string either(const Variable& variable, const std::string& name) {
-  const std::string lower = variable(in_lower_case(name).c_str());
+  const std::string lower = variable(core::in_lower_case(name).c_str());
   return lower.empty() ? variable(name.c_str()) : lower;
 }
 
@@ -33,15 +27,8 @@ bool is_of_this_machine(const std::string& host) {
 bool is_exempt(std::string_view list, const std::string& host, int port) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find(','), list.size());
-    std::string_view entry = list.substr(0, end);
+    std::string name = core::in_lower_case(core::trimmed(list.substr(0, end), " "));
     list.remove_prefix(std::min(end + 1, list.size()));
-    while (!entry.empty() && entry.front() == ' ') {
-      entry.remove_prefix(1);
-    }
-    while (!entry.empty() && entry.back() == ' ') {
-      entry.remove_suffix(1);
-    }
-    std::string name = in_lower_case(entry);
     const std::string own_port = ":" + std::to_string(port);
     if (name.ends_with(own_port)) {
       name.resize(name.size() - own_port.size());
@@ -61,7 +48,7 @@ bool is_exempt(std::string_view list, const std::string& host, int port) {
 core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
                                                     const std::string& host_name, int port,
                                                     const Variable& variable) {
-  const std::string host = in_lower_case(host_name);
+  const std::string host = core::in_lower_case(host_name);
   std::string name = scheme == "https" ? "HTTPS_PROXY" : "HTTP_PROXY";
   std::string value = either(variable, name);
   if (value.empty()) {
@@ -76,7 +63,7 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
   const Error unusable = {ErrorCode::kInvalidArgument,
                           name + " is not an address such as http://proxy.example.org:3128", ""};
   if (const std::size_t mark = url.find("://"); mark != std::string_view::npos) {
-    if (in_lower_case(url.substr(0, mark)) != "http") {
+    if (core::in_lower_case(url.substr(0, mark)) != "http") {
       return unusable;
     }
     url.remove_prefix(mark + 3);
@@ -101,11 +88,7 @@ core::Result<std::optional<ProxyAddress>> proxy_for(const std::string& scheme,
       return unusable;
     }
   }
-  constexpr std::string_view kOfNames = "-._:[]";
-  const bool is_name = std::all_of(proxy.host.begin(), proxy.host.end(), [&](unsigned char c) {
-    return std::isalnum(c) != 0 || kOfNames.find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (proxy.host.empty() || !is_name) {
+  if (proxy.host.empty() || !core::is_word(proxy.host, "-._:[]")) {
     return unusable;
   }
   return std::optional(proxy);

@@ -18,6 +18,7 @@
 #include "api/job/job_checks.h"
 #include "api/job/light_exposure.h"
 #include "api/json/schemas.h"
+#include "api/json/values.h"
 #include "api/queries/fireflies.h"
 #include "clients/cli/command.h"
 #include "clients/cli/fetch.h"
@@ -267,8 +268,6 @@ core::ErrorInterval told_error(const core::DenoisedInput& denoised, const core::
 
 Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-
 Json denoised_json(const Shown& shown, const core::RenderTask& task, double confidence) {
   const core::DenoisedInput& denoised = shown.input;
   if (denoised.picture == nullptr) {
@@ -278,9 +277,9 @@ Json denoised_json(const Shown& shown, const core::RenderTask& task, double conf
   const bool is_full = denoised.mode == core::DenoiseMode::kFull;
   return {{"type", shown.by.type},
           {"version", shown.by.version},
-          {"sha256", text_or_null(shown.by.sha256)},
-          {"quality", text_or_null(shown.by.quality)},
-          {"note", text_or_null(shown.note)},
+          {"sha256", api::text_or_null(shown.by.sha256)},
+          {"quality", api::text_or_null(shown.by.quality)},
+          {"note", api::text_or_null(shown.note)},
           {"mode", is_full ? "full" : "mixed"},
           {"bias", is_full ? "biased" : "consistent"},
           {"relative", number_or_null(error.relative)},
@@ -415,7 +414,9 @@ int render_to_file(const LocalJob& job, const JobFlags& flags, int threads) {
   if (flags.json) {
     Json result = result_json(task, job, flags.output, *shown, exposure, warnings);
     result["set_aside"] = *aside;
-    std::printf("%s\n", result.dump(2).c_str());
+    // The names of files are in any encoding.
+    const std::string text = result.dump(2, ' ', false, Json::error_handler_t::replace);
+    std::printf("%s\n", text.c_str());
   }
   const ProgressFacts facts = facts_of(progress);
   std::fprintf(stderr, "%s: %.0f samples in %s, %s, %s\n", flags.output.c_str(),

@@ -7,6 +7,7 @@
 #include "clients/cli/converted_model.h"
 #include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
+#include "core/base/sha256.h"
 #include "core/image_io/image_io.h"
 #include "core/image_io/radiance.h"
 #include "core/render/task/settle.h"
@@ -143,7 +144,7 @@ core::Result<api::ParsedJob> parse_local_job(const JobFlags& flags) {
     if (!bytes) {
       return bytes.error();
     }
-    (*request)["environment"]["asset"] = sha256_hex(*bytes);
+    (*request)["environment"]["asset"] = core::sha256_hex(bytes->data(), bytes->size());
   }
   auto parsed = api::parse_job(request->dump());
   if (!parsed) {

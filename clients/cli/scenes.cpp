@@ -10,6 +10,7 @@
 #include "clients/cli/job_json.h"
 #include "clients/cli/shown.h"
 #include "clients/cli/upload.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -72,7 +73,7 @@ core::Result<Json> all_scenes(ApiClient& client, int limit) {
   int left = limit;
   do {
     std::string path = "/v1/scenes?limit=" + std::to_string(std::min(left, kPage));
-    path += cursor.empty() ? "" : "&cursor=" + encode_url(cursor);
+    path += cursor.empty() ? "" : "&cursor=" + core::percent_encode(cursor);
     const auto reply = client.get(path);
     if (!reply) {
       return reply.error();

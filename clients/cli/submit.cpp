@@ -13,6 +13,7 @@
 #include "clients/cli/job_json.h"
 #include "clients/cli/shown.h"
 #include "clients/cli/upload.h"
+#include "core/base/file_names.h"
 
 namespace cli {
 namespace {
@@ -164,7 +165,8 @@ int run(const SubmitFlags& flags) {
         std::fprintf(stderr, "tessera submit: the job is %s\n", id.c_str());
       }
     }
-    return wait_for(**client, flags, "/v1/jobs/" + encode_url(id), job->value("warnings", Json()));
+    return wait_for(**client, flags, "/v1/jobs/" + core::percent_encode(id),
+                    job->value("warnings", Json()));
   }
   std::printf("%s\n", flags.job.json ? job->dump(2).c_str() : id.c_str());
   if (std::fflush(stdout) != 0) {

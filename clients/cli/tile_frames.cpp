@@ -2,8 +2,11 @@
 
 #include <bit>
 #include <cstddef>
+#include <span>
 
 #include <zlib.h>
+
+#include "core/base/byte_order.h"
 
 namespace cli {
 namespace {
@@ -17,30 +20,23 @@ constexpr std::uint32_t kEnd = 1;
 constexpr std::uint32_t kAlpha = 4;
 constexpr std::size_t kAlphaPlane = 7;
 
-std::uint32_t little_endian(std::string_view bytes, std::size_t at, std::size_t count) {
-  std::uint32_t value = 0;
-  for (std::size_t i = count; i-- > 0;) {
-    value = value << 8U | static_cast<std::uint8_t>(bytes[at + i]);
-  }
-  return value;
-}
-
 Error broken(const char* why) {
   return Error{ErrorCode::kInvalidArgument, std::string("the stream of tiles is invalid: ") + why,
                ""};
 }
 
-core::Result<TileFrame> read_frame(std::string_view header, std::string_view payload) {
-  const std::uint32_t flags = little_endian(header, 20, 4);
+core::Result<TileFrame> read_frame(std::span<const std::byte> header,
+                                   std::span<const std::byte> payload) {
+  const std::uint32_t flags = core::u32_little(header, 20);
   TileFrame frame;
-  frame.x = static_cast<int>(little_endian(header, 12, 2));
-  frame.y = static_cast<int>(little_endian(header, 14, 2));
-  frame.width = static_cast<int>(little_endian(header, 16, 2));
-  frame.height = static_cast<int>(little_endian(header, 18, 2));
+  frame.x = static_cast<int>(core::u16_little(header, 12));
+  frame.y = static_cast<int>(core::u16_little(header, 14));
+  frame.width = static_cast<int>(core::u16_little(header, 16));
+  frame.height = static_cast<int>(core::u16_little(header, 18));
   frame.is_end = (flags & kEnd) != 0;
   frame.has_alpha = (flags & kAlpha) != 0;
   if (crc32(0, reinterpret_cast<const Bytef*>(payload.data()), static_cast<uInt>(payload.size())) !=
-      little_endian(header, 28, 4)) {
+      core::u32_little(header, 28)) {
     return broken("a checksum is wrong");
   }
   if (frame.is_end) {
@@ -53,8 +49,7 @@ core::Result<TileFrame> read_frame(std::string_view header, std::string_view pay
   }
   const auto add_planes = [&](std::size_t first, std::size_t planes) {
     for (std::size_t i = first * count; i < (first + planes) * count; ++i) {
-      frame.planes.push_back(
-          std::bit_cast<float>(little_endian(payload, i * sizeof(float), sizeof(float))));
+      frame.planes.push_back(std::bit_cast<float>(core::u32_little(payload, i * sizeof(float))));
     }
   };
   frame.planes.reserve(4 * count);
@@ -70,15 +65,15 @@ core::Result<std::vector<TileFrame>> TileParser::feed(std::string_view piece) {
   std::vector<TileFrame> frames;
   std::size_t at = 0;
   while (pending_.size() - at >= kHeaderBytes) {
-    const std::string_view rest = std::string_view(pending_).substr(at);
-    const std::size_t size = little_endian(rest, 4, 4);
-    if (!rest.starts_with(std::string_view("TSR1", 4)) || size > kPayloadMax) {
+    const auto rest = std::as_bytes(std::span(pending_)).subspan(at);
+    const std::size_t size = core::u32_little(rest, 4);
+    if (pending_.compare(at, 4, "TSR1") != 0 || size > kPayloadMax) {
       return broken("a tile does not begin as expected");
     }
     if (rest.size() < kHeaderBytes + size) {
       break;
     }
-    auto frame = read_frame(rest.substr(0, kHeaderBytes), rest.substr(kHeaderBytes, size));
+    auto frame = read_frame(rest.first(kHeaderBytes), rest.subspan(kHeaderBytes, size));
     if (!frame) {
       return frame.error();
     }

@@ -12,6 +12,8 @@
 #include "clients/cli/job_json.h"
 #include "clients/cli/model_files.h"
 #include "clients/cli/shown.h"
+#include "core/base/file_names.h"
+#include "core/base/sha256.h"
 #include "core/base/zip_writer.h"
 
 namespace cli {
@@ -30,7 +32,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kMedia = 
      {"3mf", "model/3mf"}}};
 
 core::Result<std::string> upload_bytes(ApiClient& client, const std::string& bytes) {
-  std::string id = sha256_hex(bytes);
+  std::string id = core::sha256_hex(bytes.data(), bytes.size());
   const std::string path = "/v1/assets/" + id;
   const auto known = client.head(path);
   if (!known) {
@@ -61,7 +63,7 @@ core::Result<std::string> scene_id_of(const core::Result<Reply>& reply) {
 
 /// Adds the file's name for lists of scenes.
 std::string scenes_path(const std::string& file, bool is_strict) {
-  return "/v1/scenes?name=" + encode_url(file.substr(file.find_last_of('/') + 1)) +
+  return "/v1/scenes?name=" + core::percent_encode(file.substr(file.find_last_of('/') + 1)) +
          (is_strict ? "&strict=1" : "");
 }
 

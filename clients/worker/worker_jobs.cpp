@@ -15,6 +15,7 @@
 #include "clients/cli/file_inputs.h"
 #include "clients/cli/files.h"
 #include "clients/cli/patience.h"
+#include "core/base/sha256.h"
 #include "core/image_io/image_io.h"
 #include "core/render/task/settle.h"
 #include "core/scene_io/builtin_scenes.h"
@@ -49,14 +50,15 @@ core::SharedBytes shared(const std::string& text) {
 core::Result<std::string> WorkerJobs::file(const std::string& job, const std::string& id,
                                            ApiClient& server, const std::stop_token& stop) {
   const fs::path path = folder_ / id;
-  if (auto kept = read_file(path.string()); kept && sha256_hex(*kept) == id) {
+  if (auto kept = read_file(path.string());
+      kept && core::sha256_hex(kept->data(), kept->size()) == id) {
     std::error_code ignored;  // On failure the file is only removed earlier.
     fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
     return kept;
   }
   auto reply = keep_trying(server, stop, [&]() -> core::Result<Reply> {
     auto got = server.get("/v1/work/jobs/" + job + "/files/" + id);
-    return !got || sha256_hex(got->body) == id
+    return !got || core::sha256_hex(got->body.data(), got->body.size()) == id
                ? std::move(got)
                : Error{ErrorCode::kUnavailable, "the file arrived damaged", id};
   });

@@ -3,25 +3,13 @@
 #include <cstddef>
 #include <cstring>
 #include <span>
-#include <string_view>
 
 #include <elf.h>
 #include <link.h>
 
+#include "core/base/text.h"
+
 namespace core {
-namespace {
-
-std::string hex(std::span<const unsigned char> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
-}
-
-}  // namespace
 
 std::string linker_build_id() {
   std::string id;

@@ -5,6 +5,8 @@
 
 #include <utf8proc.h>
 
+#include "core/base/text.h"
+
 namespace core {
 
 std::string with_slashes(std::string_view name) {
@@ -28,19 +30,11 @@ std::string folded_name(std::string_view name) {
   return out;
 }
 
-namespace {
-
-int hex_digit(char c) noexcept {
-  if (c >= '0' && c <= '9') {
-    return c - '0';
-  }
-  const char lower = static_cast<char>(c | 0x20);
-  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-}
-
 std::string_view last_part(std::string_view name) {
   return name.substr(name.find_last_of("/\\") + 1);
 }
+
+namespace {
 
 std::string near_key(std::string_view name) { return folded_name(percent_decode(last_part(name))); }
 
@@ -62,6 +56,21 @@ std::string percent_decode(std::string_view text) {
     decoded.push_back(text[i]);
   }
   return decoded;
+}
+
+std::string percent_encode(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  constexpr std::string_view kMarks = "-._~";
+  std::string encoded;
+  for (const char c : text) {
+    if (is_letter_or_digit(c) || kMarks.find(c) != std::string_view::npos) {
+      encoded += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    encoded += {'%', kDigits[byte >> 4U], kDigits[byte & 15U]};
+  }
+  return encoded;
 }
 
 std::optional<std::string> plain_name(std::string_view name) {

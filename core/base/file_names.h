@@ -18,6 +18,9 @@ std::string with_slashes(std::string_view name);
 /// or macOS would take for the same file. Text that is not UTF-8 keeps its bytes.
 std::string folded_name(std::string_view name);
 
+/// Returns what follows the last `/` or `\`.
+std::string_view last_part(std::string_view name);
+
 bool is_utf8(std::string_view text);
 
 /// Returns a relative name without `.`, `..` and empty parts (RFC 3986, 5.2.4); empty if it is
@@ -26,6 +29,8 @@ std::optional<std::string> plain_name(std::string_view name);
 
 /// Decodes percent escapes (%41 becomes A); malformed ones stay unchanged.
 std::string percent_decode(std::string_view text);
+/// Escapes all but the unreserved characters of RFC 3986, 2.3.
+std::string percent_encode(std::string_view text);
 
 /// A list of names, in which a name is found as it is, else by folded_name() if only one is the
 /// same.

@@ -1,10 +1,12 @@
 #include "core/base/sha256.h"
 
 #include <array>
+#include <span>
 
 #include <openssl/evp.h>
 
 #include "core/base/check.h"
+#include "core/base/text.h"
 
 namespace core {
 
@@ -26,13 +28,7 @@ std::string Sha256::hex() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int size = 0;
   CHECK(EVP_DigestFinal_ex(impl_->context, digest.data(), &size) == 1);
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text += kDigits[digest[i] >> 4];
-    text += kDigits[digest[i] & 15];
-  }
-  return text;
+  return core::hex(std::span(digest).first(size));
 }
 
 std::string sha256_hex(const void* data, std::size_t bytes) {

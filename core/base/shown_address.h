@@ -1,10 +1,10 @@
 /// Addresses in messages.
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <string>
 #include <string_view>
+
+#include "core/base/text.h"
 
 namespace core {
 
@@ -17,9 +17,7 @@ inline std::string shown_address(std::string_view text) {
   }
   const std::size_t mark = text.substr(0, at).find("://");
   const std::string_view scheme = text.substr(0, mark == std::string_view::npos ? 0 : mark);
-  const bool is_scheme = std::all_of(scheme.begin(), scheme.end(),
-                                     [](unsigned char c) { return std::isalnum(c) != 0; });
-  return (scheme.empty() || !is_scheme ? "" : std::string(scheme) + "://") + "***" +
+  return (scheme.empty() || !is_word(scheme) ? "" : std::string(scheme) + "://") + "***" +
          std::string(text.substr(at));
 }
 

@@ -4,6 +4,9 @@
 
 #include <zlib.h>
 
+#include "core/base/text.h"
+#include "core/base/zip_format.h"
+
 namespace core {
 
 namespace {
@@ -11,11 +14,7 @@ namespace {
 constexpr std::uint32_t kMax32 = std::numeric_limits<std::uint32_t>::max();
 constexpr unsigned kVersion = 20;    // APPNOTE 4.4.3.2: folders; supported by every reader
 constexpr unsigned kVersion64 = 45;  // the same: Zip64
-constexpr unsigned kUtf8 = 1U << 11U;
 constexpr unsigned kFirstDay = (1U << 5U) | 1U;  // 1980-01-01 in MS-DOS format
-constexpr std::uint32_t kLocalSignature = 0x04034b50;
-constexpr std::uint32_t kEntrySignature = 0x02014b50;
-constexpr std::uint32_t kEndSignature = 0x06054b50;
 constexpr std::uint32_t kEnd64Signature = 0x06064b50;
 constexpr std::uint32_t kLocatorSignature = 0x07064b50;
 
@@ -45,7 +44,7 @@ class Bytes {
 /// directory.
 void put_facts(Bytes& to, std::uint32_t crc, std::uint32_t bytes, std::size_t name_bytes) {
   constexpr unsigned kStored = 0;
-  to.u16(kUtf8).u16(kStored).u16(0).u16(kFirstDay).u32(crc).u32(bytes).u32(bytes);
+  to.u16(zip_format::kUtf8).u16(kStored).u16(0).u16(kFirstDay).u32(crc).u32(bytes).u32(bytes);
   to.u16(static_cast<unsigned>(name_bytes));
 }
 
@@ -57,7 +56,7 @@ std::string ZipWriter::begin_entry(std::string_view name, std::string_view conte
   const auto bytes = static_cast<std::uint32_t>(content.size());
   entries_.push_back({std::string(name), bytes, crc, offset_});
   Bytes head;
-  head.u32(kLocalSignature).u16(kVersion);
+  head.u32(zip_format::kLocalSignature).u16(kVersion);
   put_facts(head, crc, bytes, name.size());
   head.u16(0).text(name);
   offset_ += head.str().size() + content.size();
@@ -68,7 +67,7 @@ std::string ZipWriter::directory() const {
   Bytes all;
   for (const Entry& entry : entries_) {
     const bool is_far = entry.offset >= kMax32;
-    all.u32(kEntrySignature).u16(kVersion64).u16(is_far ? kVersion64 : kVersion);
+    all.u32(zip_format::kEntrySignature).u16(kVersion64).u16(is_far ? kVersion64 : kVersion);
     put_facts(all, entry.crc32, entry.bytes, entry.name.size());
     all.u16(is_far ? 12 : 0).u16(0).u16(0).u16(0).u32(0).u32(is_far ? kMax32 : entry.offset);
     all.text(entry.name);
@@ -91,7 +90,7 @@ std::string ZipWriter::end() const {
     tail.u64(count).u64(count).u64(entries.size()).u64(offset_);
     tail.u32(kLocatorSignature).u32(0).u64(offset_ + entries.size()).u32(1);
   }
-  tail.u32(kEndSignature).u16(0).u16(0).u16(count).u16(count);
+  tail.u32(zip_format::kEndSignature).u16(0).u16(0).u16(count).u16(count);
   tail.u32(entries.size()).u32(is_far ? kMax32 : offset_).u16(0);
   return tail.str();
 }
@@ -99,8 +98,7 @@ std::string ZipWriter::end() const {
 std::string file_name_of(std::string_view text) {
   std::string name;
   for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-' ||
+    const bool is_plain = is_letter_or_digit(c) || c == '.' || c == '_' || c == '-' ||
                           static_cast<unsigned char>(c) >= 0x80;  // Part of UTF-8.
     name += is_plain ? c : '_';
   }

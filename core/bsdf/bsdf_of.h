@@ -273,10 +273,11 @@ class BsdfOf {
       base.e = albedo_of(facets_, wo);
       base.average = albedo_average(facets_);
     }
-    interface_ = may(has_interface) ? InterfaceOf<F>(select(has_interface, s.f0, black()),
-                                                     select(has_interface, s.f90, F(0)), film,
-                                                     facets_, base.e, base.average)
-                                    : InterfaceOf<F>::none();
+    interface_ = may(has_interface)
+                     ? InterfaceOf<F>(select(has_interface, s.f0, black()),
+                                      select(has_interface, s.f90, F(0)), film, facets_, base.e,
+                                      base.average, base.lambert > 0)
+                     : InterfaceOf<F>::none();
     diffuse_ = s.base_color * base.lambert;
     has_below_ = extra.solids || extra.walls;
     if (has_below_) {

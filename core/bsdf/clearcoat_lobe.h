@@ -99,18 +99,13 @@ struct ClearcoatLobeOf {
     const F open = (1 - e_average) * (1 - below.albedo(specular_albedo_average(roughness)));
     return 1 / (1 + covariance / max(open, F(1e-4F)));
   }
-  /// A film's albedo is no sum of e and e5: takes the mean at equal steps of mu^2, whose weights
-  /// are equal. With 8, white surfaces of f0 0.04 under films of up to 900 nm gain at most 0.05% in
-  /// the mean of the channels. Never inlined, as the film's albedo is not.
+  /// A film's albedo is no sum of e and e5. Never inlined, as the film's albedo is not.
   [[gnu::noinline]] F scale_over_film(const InterfaceOf<F>& below, F roughness) const noexcept {
-    constexpr int kSteps = 8;
-    F open(0);
-    for (int i = 0; i < kSteps; ++i) {
-      const F mu = sqrt(F((static_cast<float>(i) + 0.5F) / kSteps));
+    const F open = hemispherical_mean<F>([&](F mu) {
       const F passed = 1 - weighted(specular_albedo(mu, facets.roughness));
-      open = open + passed * (1 - below.albedo(mu, specular_albedo(mu, roughness)));
-    }
-    return (1 - e_average) / max(below.norm * open * F(1.0F / kSteps), F(1e-4F));
+      return passed * (1 - below.albedo(mu, specular_albedo(mu, roughness)));
+    });
+    return (1 - e_average) / max(below.norm * open, F(1e-4F));
   }
 };
 using ClearcoatLobe = ClearcoatLobeOf<float>;

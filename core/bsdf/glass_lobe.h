@@ -2,7 +2,7 @@
 ///
 /// Walter et al. 2007 with exact Fresnel, modified by F0 and F90 of KHR_materials_specular and by
 /// the film of KHR_materials_iridescence. Multiple scattering between facets is diffuse on both
-/// sides (Kulla and Conty 2017); that of a film is as without it.
+/// sides (Kulla and Conty 2017).
 #pragma once
 
 #include "core/bsdf/anisotropic_albedo.h"
@@ -38,21 +38,25 @@ class GlassLobeOf {
     const F ior = max(p.ior, F(1e-2F));
     inside_ = p.inside;
     eta_ = select(p.inside, 1 / ior, ior);
-    is_dimmed_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
+    is_bent_ = is_not_black(p.specular_color - Color(F(1))) | opposite(p.f90 == F(1));
     if (film.exists) {
       film_ = film;
+      is_bent_ = is_bent_ | (film_.weight > 0);
     }
-    if (film.exists || any(is_dimmed_)) {
+    if (any(is_bent_)) {
       f0_ = each_channel(p.specular_color * square((1 - ior) / (1 + ior)),
                          [](F f) { return clamp01(f); }) *
             p.f90;
       f90_ = p.f90;
-      const F r0 = square((1 - ior) / (1 + ior));
-      slope_ = select(is_dimmed_, (f90_ - max_component(f0_)) / (1 - r0), F(1));
-      least_ = select(is_dimmed_, max_component(f0_) - slope_ * r0, F(0));
     }
     const M is_rough = opposite(is_delta(s));
     if (any(is_rough)) {
+      if (any(is_bent_)) {
+        const F r0 = square((1 - ior) / (1 + ior));
+        const F first = film_.exists ? mean_of_film() : max_component(f0_);
+        slope_ = select(is_bent_, (f90_ - first) / (1 - r0), F(1));
+        least_ = select(is_bent_, first - slope_ * r0, F(0));
+      }
       // Lost energy leaves in proportion to (1 - E) of the side it leaves to. Each side is then
       // reciprocal if (1 - reflected) times the mean loss is n^2 times as large outside as inside.
       // The outer side reflects the mean of Fresnel's curve (fit of d'Eon, A Hitchhiker's Guide to
@@ -152,12 +156,12 @@ class GlassLobeOf {
   M is_delta(const FacetsOf<F>& s) const noexcept { return s.is_smooth | is_index_matched(); }
 
   /// Returns the albedo of single scattering for w on either side. The reflectance of facets is
-  /// least_ + slope_ F but for total reflection, so that the albedo is as linear: in that of glass,
-  /// of a mirror, and of glass that does not reflect.
+  /// least_ + slope_ F but for total reflection (with a film, about), so that the albedo is as
+  /// linear: in that of glass, of a mirror, and of glass that does not reflect.
   F albedo(const FacetsOf<F>& s, V w, M inside) const noexcept {
     const F n = max(eta_, 1 / eta_);
     F out = glass_albedo(s, w, n, inside);
-    if (any(is_dimmed_)) {
+    if (any(is_bent_)) {
       const F open = glass_albedo(abs(w.z), s.roughness, n, inside, kAlbedoTables.open_glass);
       out = dimmed(out, albedo_of(s, w).e, open);
     }
@@ -167,15 +171,20 @@ class GlassLobeOf {
   F average(const FacetsOf<F>& s, bool inside) const noexcept {
     const F n = max(eta_, 1 / eta_);
     F out = glass_albedo_average(s, n, inside);
-    if (any(is_dimmed_)) {
+    if (any(is_bent_)) {
       const F open = glass_albedo_average(s.roughness, n, inside, kAlbedoTables.open_glass);
       out = dimmed(out, albedo_average(s).e, open);
     }
     return out;
   }
+  /// Returns the reflectance of the largest channel at the mean cosine of the hemisphere, 2/3;
+  /// where there is no film, that at normal incidence. White rough solids under films of up to 1000
+  /// nm gain at most 2.8% outside and 1.8% inside; without a film, 0.9% by the tables.
+  [[gnu::noinline]] F mean_of_film() const noexcept {
+    return max_component(film_.mixed(f0_, film_.fresnel(F(2.0F / 3.0F), f0_, f90_)));
+  }
   F dimmed(F glass, F mirror, F open) const noexcept {
-    return select(is_dimmed_, slope_ * glass + least_ * mirror + (1 - slope_ - least_) * open,
-                  glass);
+    return select(is_bent_, slope_ * glass + least_ * mirror + (1 - slope_ - least_) * open, glass);
   }
 
   /// Returns the reflectance of a facet of the solid; cos_oh on wo's side. Stretches the exact
@@ -183,11 +192,7 @@ class GlassLobeOf {
   /// stays total. Refraction gets the remainder of the largest channel, so that it keeps its hue.
   Color fresnel(F cos_oh) const noexcept {
     const F exact = fresnel_dielectric(cos_oh, eta_);
-    M is_bent = is_dimmed_;
-    if (film_.exists) {
-      is_bent = is_bent | (film_.weight > 0);
-    }
-    is_bent = is_bent & (exact < 1);
+    const M is_bent = is_bent_ & (exact < 1);
     if (!any(is_bent)) {
       return Color(exact);
     }
@@ -203,7 +208,7 @@ class GlassLobeOf {
   [[gnu::noinline]] Color with_film(F cos_oh, Color bare) const noexcept {
     const F cos_outer =
         select(inside_, safe_sqrt(1 - (1 - cos_oh * cos_oh) / (eta_ * eta_)), cos_oh);
-    return film_.mixed(bare, film_.fresnel(cos_outer, f0_) * f90_);
+    return film_.mixed(bare, film_.fresnel(cos_outer, f0_, f90_));
   }
 
   Color color_;
@@ -211,7 +216,7 @@ class GlassLobeOf {
   F weight_;
   F eta_;
   M inside_;
-  M is_dimmed_;  ///< F0 and F90 are not those of the index
+  M is_bent_;  ///< F0 and F90 are not those of the index, or there is a film
   Color f0_ = Color(F(0));
   F f90_ = 1;
   F slope_ = 1;  ///< of the reflectance of the largest channel in that of the index

@@ -21,6 +21,20 @@ C multiple_scattering(C f0, C f90, F e_average) noexcept {
                       [e_average](F x) { return x * x * e_average / (1 - x * (1 - e_average)); });
 }
 
+/// Returns the mean over the hemisphere of value(mu), weighted by the cosine: at equal steps of
+/// mu^2, whose weights are equal. With 8, white surfaces of f0 0.04 under films of up to 1000 nm
+/// and of index 1.1 or more gain nothing in the mean of the channels, and at most 1.5% in one; with
+/// two Gauss nodes, 4%.
+template <typename F, typename Value>
+F hemispherical_mean(Value value) noexcept {
+  constexpr int kSteps = 8;
+  F sum(0);
+  for (int i = 0; i < kSteps; ++i) {
+    sum = sum + value(sqrt(F((static_cast<float>(i) + 0.5F) / kSteps)));
+  }
+  return sum * F(1.0F / kSteps);
+}
+
 template <typename F>
 struct InterfaceOf {
   using Color = ColorOf<F>;
@@ -33,9 +47,9 @@ struct InterfaceOf {
   ThinFilmOf<F> film;
 
   InterfaceOf() = default;
-  /// wo, average: albedos of the lobe s with F = 1.
+  /// wo, average: albedos of the lobe s with F = 1. is_coupled: where coupling() is needed.
   InterfaceOf(Color at_normal, F at_grazing, const ThinFilmOf<F>& over, const FacetsOf<F>& s,
-              AlbedoOf<F> wo, AlbedoOf<F> average) noexcept
+              AlbedoOf<F> wo, AlbedoOf<F> average, MaskOf<F> is_coupled) noexcept
       : color_f0(at_normal),
         f0(max_component(color_f0)),
         f90(at_grazing),
@@ -43,13 +57,16 @@ struct InterfaceOf {
     F mean = albedo(average);
     if (over.exists) {
       film = over;
-      mean = select(film.weight > 0, mean_albedo(s.roughness), mean);
+      const MaskOf<F> is_filmed = (film.weight > 0) & is_coupled;
+      if (any(is_filmed)) {
+        mean = select(is_filmed, mean_albedo(s.roughness), mean);
+      }
     }
     open_wo = 1 - albedo(s.wo.z, wo);
     norm = 1 / max(1 - mean, F(1e-4F));
   }
   /// Returns no interface.
-  static InterfaceOf none() noexcept { return {Color(F(0)), F(0), {}, {}, {}, {}}; }
+  static InterfaceOf none() noexcept { return {Color(F(0)), F(0), {}, {}, {}, {}, MaskOf<F>{}}; }
 
   /// Returns the reflectance of a facet.
   Color fresnel_rgb(F cos_oh) const noexcept {
@@ -74,21 +91,14 @@ struct InterfaceOf {
 
  private:
   [[gnu::noinline]] Color of_film(F cos_oh) const noexcept {
-    return film.fresnel(max(cos_oh, F(0)), color_f0) * f90;
+    return film.fresnel(max(cos_oh, F(0)), color_f0, f90);
   }
   [[gnu::noinline]] F albedo_with_film(F mu, AlbedoOf<F> e) const noexcept {
     const F plain = single(e);
     return film.mixed(plain, max_component(of_film(mu)) * e.e) + multiple * (1 - e.e);
   }
-  /// Returns the mean over the hemisphere by two-point Gauss quadrature for the weight 2 mu.
   [[gnu::noinline]] F mean_albedo(F roughness) const noexcept {
-    constexpr float kMu[2] = {0.3550510F, 0.8449490F};
-    constexpr float kWeight[2] = {0.3639173F, 0.6360827F};
-    F mean(0);
-    for (int i = 0; i < 2; ++i) {
-      mean = mean + kWeight[i] * albedo(F(kMu[i]), specular_albedo(F(kMu[i]), roughness));
-    }
-    return mean;
+    return hemispherical_mean<F>([&](F mu) { return albedo(mu, specular_albedo(mu, roughness)); });
   }
 };
 using Interface = InterfaceOf<float>;

@@ -3,8 +3,6 @@
 /// Multiple scattering between facets is diffuse (Kulla and Conty 2017).
 #pragma once
 
-#include <limits>
-
 #include "core/bsdf/facets.h"
 #include "core/bsdf/interface.h"
 
@@ -19,7 +17,9 @@ struct SpecularLobeOf {
   Color multiple_color;
   F multiple_scale;  ///< (1 - E(wo)) / (pi (1 - E_avg))
   ThinFilmOf<F> film;
-  Color film_f0;  ///< of the base, unweighted
+  /// The bases of a film, whose reflectance is not linear in f0.
+  Color dielectric_f0, metal_f0;  ///< unweighted
+  F dielectric_f90, metal_f90;    ///< weighted
 
   SpecularLobeOf() = default;
   /// p: has the base_color, f0 and f90 of BsdfParameters. metal, cover: weights of metal and of the
@@ -36,7 +36,10 @@ struct SpecularLobeOf {
     }
     if (over.exists) {
       film = over;
-      film_f0 = f0 * (1 / max(metal + cover, F(std::numeric_limits<float>::min())));
+      dielectric_f0 = p.f0;
+      dielectric_f90 = p.f90 * cover;
+      metal_f0 = p.base_color;
+      metal_f90 = metal;
     }
   }
   /// Returns the reflectance of a facet.
@@ -70,7 +73,9 @@ struct SpecularLobeOf {
 
  private:
   [[gnu::noinline]] Color with_film(F cos_oh, Color bare) const noexcept {
-    return film.mixed(bare, film.fresnel(max(cos_oh, F(0)), film_f0) * f90);
+    const F mu = max(cos_oh, F(0));
+    return film.mixed(bare, film.fresnel(mu, dielectric_f0, dielectric_f90) +
+                                film.fresnel(mu, metal_f0, metal_f90));
   }
 };
 using SpecularLobe = SpecularLobeOf<float>;

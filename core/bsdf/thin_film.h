@@ -31,20 +31,23 @@ struct ThinFilmOf {
   T mixed(T bare, T filmed) const noexcept {
     return select(weight > 0, bare * (1 - weight) + filmed * weight, bare);
   }
-  /// Evaluated lane by lane, and 0 in those without a film.
-  Color fresnel(F cos_outer, Color base_f0) const noexcept {
+  /// Returns the reflectance times f90. Evaluated lane by lane, and 0 in those without a film or of
+  /// f90 0.
+  Color fresnel(F cos_outer, Color base_f0, F f90) const noexcept {
     if constexpr (std::is_same_v<F, float>) {
-      return thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0, wavelengths_nm);
+      return f90 > 0
+                 ? thin_film_fresnel(cos_outer, ior, thickness_nm, base_f0, wavelengths_nm) * f90
+                 : Color(0);
     } else {
       Color out(F(0));
       const auto rgb = [](Vec3 c) { return Rgb{c.x, c.y, c.z}; };
-      for (unsigned rest = (weight > 0).bits(); rest != 0; rest &= rest - 1) {
+      for (unsigned rest = ((weight > 0) & (f90 > 0)).bits(); rest != 0; rest &= rest - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(rest));
         const Rgb one = thin_film_fresnel(cos_outer.v[k], ior.v[k], thickness_nm.v[k],
                                           rgb(base_f0.lane(k)), rgb(wavelengths_nm.lane(k)));
         out.set(k, {one.r, one.g, one.b});
       }
-      return out;
+      return out * f90;
     }
   }
 };

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "core/base/byte_order.h"
+
 namespace core {
 namespace {
 
@@ -43,13 +45,8 @@ constexpr std::array kFixedTypes = {
     FixedType{"v3d", 24},
 };
 
-std::uint32_t u32(Span file, std::size_t at) noexcept {
-  std::uint32_t value = 0;
-  std::memcpy(&value, file.data() + at, sizeof(value));  // little-endian, like the machine
-  return value;
-}
 std::int64_t i32(Span file, std::size_t at) noexcept {
-  return static_cast<std::int32_t>(u32(file, at));
+  return static_cast<std::int32_t>(u32_little(file, at));
 }
 
 // Reads text up to a zero byte and moves `at` behind it. Empty if there is no text or no zero byte.
@@ -78,7 +75,8 @@ bool is_channel_list(Span value, std::string_view& subsampled) noexcept {
     if (at + kChannelBytes > value.size()) {
       return false;
     }
-    const bool is_full = u32(value, at + kSamplings) == 1 && u32(value, at + kSamplings + 4) == 1;
+    const bool is_full =
+        u32_little(value, at + kSamplings) == 1 && u32_little(value, at + kSamplings + 4) == 1;
     subsampled = subsampled.empty() && !is_full ? name : subsampled;
     at += kChannelBytes;
   }
@@ -88,7 +86,7 @@ bool is_channel_list(Span value, std::string_view& subsampled) noexcept {
 bool fits_its_type(std::string_view type, Span value) noexcept {
   if (type == "preview") {
     return value.size() >= 8 &&
-           std::uint64_t{u32(value, 0)} * u32(value, 4) == (value.size() - 8) / 4 &&
+           std::uint64_t{u32_little(value, 0)} * u32_little(value, 4) == (value.size() - 8) / 4 &&
            value.size() % 4 == 0;
   }
   const auto* const fixed = std::find_if(kFixedTypes.begin(), kFixedTypes.end(),
@@ -111,10 +109,10 @@ struct Part {
 // Reads one attribute with a known name into `part`.
 bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& part) noexcept {
   const std::string_view type = take_name(file, at);
-  if (type.empty() || at + 4 > file.size() || u32(file, at) > file.size() - at - 4) {
+  if (type.empty() || at + 4 > file.size() || u32_little(file, at) > file.size() - at - 4) {
     return false;
   }
-  const Span value = file.subspan(at + 4, u32(file, at));
+  const Span value = file.subspan(at + 4, u32_little(file, at));
   at += 4 + value.size();
   if (type == "chlist" ? !is_channel_list(value, part.subsampled) : !fits_its_type(type, value)) {
     return false;
@@ -126,14 +124,14 @@ bool take_attribute(Span file, std::size_t& at, std::string_view name, Part& par
     part.size = PixelSize{static_cast<std::uint64_t>(i32(value, 8) - i32(value, 0) + 1),
                           static_cast<std::uint64_t>(i32(value, 12) - i32(value, 4) + 1)};
   } else if (name == "tiles" && type == "tiledesc") {
-    part.tile_width = u32(value, 0);
-    part.tile_height = u32(value, 4);
+    part.tile_width = u32_little(value, 0);
+    part.tile_height = u32_little(value, 4);
     return part.tile_width > 0 && part.tile_height > 0;
   } else if (name == "type" && type == "string") {
     part.is_deep = std::string_view(reinterpret_cast<const char*>(value.data()), value.size())
                        .starts_with("deep");
   } else if (name == "chunkCount" && type == "int") {
-    part.chunks = u32(value, 0);
+    part.chunks = u32_little(value, 0);
   } else if (name == "envmap" && type == "envmap") {
     part.is_cube = value[0] == std::byte{1};  // 0: latitude and longitude
   } else if (name == "compression" && type == "compression") {
@@ -189,7 +187,7 @@ bool has_its_chunks(Span file, std::size_t table, std::optional<Part> part) noex
     if (at + 8 > file.size()) {
       return false;
     }
-    const std::uint64_t offset = u32(file, at) | std::uint64_t{u32(file, at + 4)} << 32U;
+    const std::uint64_t offset = u64_little(file, at);
     first = std::min(first, offset);
     last = std::max(last, offset);
   }
@@ -198,7 +196,7 @@ bool has_its_chunks(Span file, std::size_t table, std::optional<Part> part) noex
   }
   std::size_t at = static_cast<std::size_t>(last);
   if (!part) {
-    part = part_of(file, u32(file, at));
+    part = part_of(file, u32_little(file, at));
     at += 4;
   }
   if (!part) {
@@ -212,8 +210,8 @@ bool has_its_chunks(Span file, std::size_t table, std::optional<Part> part) noex
     return false;
   }
   const std::uint64_t left = file.size() - at - head;
-  const std::uint64_t bytes = u32(file, at);
-  return bytes <= left && (!part->is_deep || u32(file, at + 8) <= left - bytes);
+  const std::uint64_t bytes = u32_little(file, at);
+  return bytes <= left && (!part->is_deep || u32_little(file, at + 8) <= left - bytes);
 }
 
 }  // namespace
@@ -224,7 +222,7 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
   if (file.size() < kVersionBytes) {
     return std::nullopt;
   }
-  const bool multi_part = (u32(file, 4) & kMultiPart) != 0;
+  const bool multi_part = (u32_little(file, 4) & kMultiPart) != 0;
   std::optional<ExrHeader> header;
   std::size_t at = kVersionBytes;
   // A multi-part file ends its headers with an empty one.
@@ -241,8 +239,9 @@ std::optional<ExrHeader> exr_header(Span file) noexcept {
     header->is_cube = header->is_cube || part->is_cube;
     header->primaries = header->primaries ? header->primaries : part->primaries;
   } while (multi_part && file[at] != std::byte{0});
-  header->is_whole = multi_part ? has_its_chunks(file, at + 1, std::nullopt)
-                                : (u32(file, 4) & kDeep) != 0 || has_its_chunks(file, at, part);
+  header->is_whole = multi_part
+                         ? has_its_chunks(file, at + 1, std::nullopt)
+                         : (u32_little(file, 4) & kDeep) != 0 || has_its_chunks(file, at, part);
   return header;
 }
 

@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
 #include <utility>
+
+#include "core/base/text.h"
 
 namespace core {
 namespace {
 
 constexpr std::size_t kListedMax = 20;
 constexpr std::size_t kNameShown = 60;
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
 
 struct Layer {
   std::string name;
@@ -60,7 +54,7 @@ std::size_t rank_of(const Layer& layer) {
   if (layer.name.empty()) {
     return 0;
   }
-  const std::string name = "." + lower(layer.name);
+  const std::string name = "." + in_lower_case(layer.name);
   const auto* const found = std::find_if(kNames.begin(), kNames.end(), [&](std::string_view each) {
     return name.ends_with("." + std::string(each));
   });
@@ -83,7 +77,8 @@ std::vector<Layer> layers_of(const std::vector<ExrPart>& parts) {
         layer = layers.end() - 1;
       }
       layer->channels.push_back(static_cast<int>(c));
-      layer->letters.push_back(lower(channel.substr(dot == std::string::npos ? 0 : dot + 1)));
+      layer->letters.push_back(
+          in_lower_case(channel.substr(dot == std::string::npos ? 0 : dot + 1)));
     }
   }
   return layers;

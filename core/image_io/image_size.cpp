@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 
+#include "core/base/byte_order.h"
 #include "core/image_io/exr_header.h"
 
 namespace core {
@@ -16,18 +17,6 @@ bool starts_with(Span file, std::string_view magic, std::size_t at = 0) noexcept
          std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
 }
 
-std::uint32_t u8(Span file, std::size_t at) noexcept {
-  return std::to_integer<std::uint32_t>(file[at]);
-}
-std::uint32_t u16_big(Span file, std::size_t at) noexcept {
-  return u8(file, at) << 8U | u8(file, at + 1);
-}
-std::uint32_t u16_little(Span file, std::size_t at) noexcept {
-  return u8(file, at + 1) << 8U | u8(file, at);
-}
-std::uint32_t u32_big(Span file, std::size_t at) noexcept {
-  return u16_big(file, at) << 16U | u16_big(file, at + 2);
-}
 std::uint32_t u24_little(Span file, std::size_t at) noexcept {
   return u8(file, at + 2) << 16U | u16_little(file, at);
 }

@@ -1,9 +1,10 @@
 #include "core/image_io/image_texts.h"
 
-#include <cstdint>
-#include <cstring>
 #include <optional>
+#include <span>
 #include <string_view>
+
+#include "core/base/byte_order.h"
 
 namespace core {
 namespace {
@@ -44,14 +45,6 @@ class Front {
   std::string_view rest_;
 };
 
-std::uint32_t big_endian(std::string_view four) {
-  std::uint32_t value = 0;
-  for (const char c : four) {
-    value = (value << 8U) | static_cast<unsigned char>(c);
-  }
-  return value;
-}
-
 Result<Texts> png_texts(Front front) {
   Texts texts;
   while (true) {
@@ -63,7 +56,7 @@ Result<Texts> png_texts(Front front) {
     if (type == "IDAT" || type == "IEND") {
       return texts;
     }
-    const auto data = front.take(big_endian(head->substr(0, 4)));
+    const auto data = front.take(u32_big(std::as_bytes(std::span(*head)), 0));
     if (!data || !front.take(4)) {
       return cut();
     }
@@ -89,9 +82,7 @@ Result<Texts> exr_texts(Front front) {
     if (!size) {
       return cut();
     }
-    std::uint32_t bytes = 0;
-    std::memcpy(&bytes, size->data(), sizeof bytes);  // little-endian, like the machine
-    const auto value = front.take(bytes);
+    const auto value = front.take(u32_little(std::as_bytes(std::span(*size)), 0));
     if (!value) {
       return cut();
     }

@@ -9,6 +9,7 @@
 
 #include <zstd.h>
 
+#include "core/base/byte_order.h"
 #include "core/image_io/etc1s.h"
 #include "core/image_io/image_codec.h"
 #include "core/image_io/uastc.h"
@@ -36,17 +37,6 @@ constexpr std::uint32_t kUastcRedGreen = 5;   ///< stored as RRRG
 constexpr std::size_t kDescriptorBytes = 28;  ///< its own size, without samples
 constexpr std::size_t kSampleBytes = 16;
 
-std::uint64_t number(Span bytes, std::size_t at, std::size_t count) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    value |= std::to_integer<std::uint64_t>(bytes[at + i]) << (8 * i);
-  }
-  return value;
-}
-std::uint32_t u32(Span bytes, std::size_t at) {
-  return static_cast<std::uint32_t>(number(bytes, at, 4));
-}
-
 /// Returns a part of the file; empty if it is out of range.
 std::optional<Span> part(Span whole, std::uint64_t offset, std::uint64_t bytes) {
   if (offset > whole.size() || bytes > whole.size() - offset) {
@@ -71,9 +61,9 @@ Status read_descriptor(Span descriptor, Ktx2& to) {
   if (descriptor.size() < kDescriptorBytes + kSampleBytes) {
     return invalid("the data format descriptor is truncated");
   }
-  const std::uint32_t model = u32(descriptor, 12) & 255U;
+  const std::uint32_t model = u32_little(descriptor, 12) & 255U;
   const auto channel = [&](std::size_t sample) {
-    return u32(descriptor, kDescriptorBytes + sample * kSampleBytes) >> 24U & 15U;
+    return u32_little(descriptor, kDescriptorBytes + sample * kSampleBytes) >> 24U & 15U;
   };
   const bool two = descriptor.size() >= kDescriptorBytes + 2 * kSampleBytes;
   if (model == static_cast<std::uint32_t>(Model::kEtc1s)) {
@@ -110,27 +100,28 @@ Result<Ktx2> read_container(Span file, const ImageLimits& limits) {
   if (file.size() < kHeaderBytes + kLevelBytes) {
     return invalid("the header is truncated");
   }
-  const std::uint32_t width = u32(file, 20);
-  const std::uint32_t height = u32(file, 24);
-  if (width == 0 || height == 0 || u32(file, 28) != 0 || u32(file, 32) != 0 || u32(file, 36) != 1) {
+  const std::uint32_t width = u32_little(file, 20);
+  const std::uint32_t height = u32_little(file, 24);
+  if (width == 0 || height == 0 || u32_little(file, 28) != 0 || u32_little(file, 32) != 0 ||
+      u32_little(file, 36) != 1) {
     return invalid("it is not a single 2D image without layers and faces");
   }
-  const std::uint32_t levels = std::max(u32(file, 40), 1U);
-  if (u32(file, 12) != 0 || levels > kLevelsMax ||
+  const std::uint32_t levels = std::max(u32_little(file, 40), 1U);
+  if (u32_little(file, 12) != 0 || levels > kLevelsMax ||
       file.size() < kHeaderBytes + kLevelBytes * levels) {
     return invalid("its format is not allowed for glTF textures, or its levels are truncated");
   }
   Ktx2 ktx;
-  const auto descriptor = part(file, u32(file, 48), u32(file, 52));
-  const auto global = part(file, number(file, 64, 8), number(file, 72, 8));
-  const auto level = part(file, number(file, kHeaderBytes, 8), number(file, kHeaderBytes + 8, 8));
+  const auto descriptor = part(file, u32_little(file, 48), u32_little(file, 52));
+  const auto global = part(file, u64_little(file, 64), u64_little(file, 72));
+  const auto level = part(file, u64_little(file, kHeaderBytes), u64_little(file, kHeaderBytes + 8));
   if (!descriptor || !global || !level) {
     return invalid("a part is outside the file");
   }
   if (auto status = read_descriptor(*descriptor, ktx); !status) {
     return status.error();
   }
-  if (auto status = check_packing(u32(file, 44), ktx); !status) {
+  if (auto status = check_packing(u32_little(file, 44), ktx); !status) {
     return status.error();
   }
   const auto pixel_bytes = static_cast<std::uint64_t>(ktx.image.channels);
@@ -154,25 +145,24 @@ Status decode_etc1s(const Ktx2& ktx, Image& image) {
     return invalid("the global data of BasisLZ is truncated");
   }
   const std::uint64_t endpoints_at = kGlobalBytes + kImageBytes * ktx.images;
-  const std::uint64_t selectors_at = endpoints_at + u32(global, 4);
-  const std::uint64_t tables_at = selectors_at + u32(global, 8);
-  const auto endpoints = part(global, endpoints_at, u32(global, 4));
-  const auto selectors = part(global, selectors_at, u32(global, 8));
-  const auto tables = part(global, tables_at, u32(global, 12));
-  const auto color = part(ktx.level, u32(global, 24), u32(global, 28));
-  const auto second = part(ktx.level, u32(global, 32), u32(global, 36));
+  const std::uint64_t selectors_at = endpoints_at + u32_little(global, 4);
+  const std::uint64_t tables_at = selectors_at + u32_little(global, 8);
+  const auto endpoints = part(global, endpoints_at, u32_little(global, 4));
+  const auto selectors = part(global, selectors_at, u32_little(global, 8));
+  const auto tables = part(global, tables_at, u32_little(global, 12));
+  const auto color = part(ktx.level, u32_little(global, 24), u32_little(global, 28));
+  const auto second = part(ktx.level, u32_little(global, 32), u32_little(global, 36));
   if (!endpoints || !selectors || !tables || !color || !second) {
     return invalid("a part of the BasisLZ data is outside the file");
   }
-  if (u32(global, 20) != 0) {
+  if (u32_little(global, 20) != 0) {
     return invalid("it is a video frame");
   }
-  const auto books =
-      Etc1sCodebooks::read({.endpoint_count = static_cast<std::uint32_t>(number(global, 0, 2)),
-                            .selector_count = static_cast<std::uint32_t>(number(global, 2, 2)),
-                            .endpoints = *endpoints,
-                            .selectors = *selectors,
-                            .tables = *tables});
+  const auto books = Etc1sCodebooks::read({.endpoint_count = u16_little(global, 0),
+                                           .selector_count = u16_little(global, 2),
+                                           .endpoints = *endpoints,
+                                           .selectors = *selectors,
+                                           .tables = *tables});
   if (!books) {
     return invalid("the codebooks of BasisLZ are malformed");
   }

@@ -1,19 +1,15 @@
 #include "core/scene/camera_planes.h"
 
-#include <charconv>
 #include <cstddef>
-#include <iterator>
 #include <string>
 #include <vector>
+
+#include "core/base/text.h"
 
 namespace core {
 namespace {
 
-std::string metres(float value) {
-  char text[32];
-  const auto end = std::to_chars(std::begin(text), std::end(text), value).ptr;
-  return std::string(text, end) + " m";
-}
+std::string metres(float value) { return shortest_text(value) + " m"; }
 
 /// One warning for all cameras, of which the first is named. what: its plane.
 void warn(SceneDescription& scene, const std::vector<const CameraDescription*>& cameras,

@@ -14,6 +14,7 @@
 #include <fcntl.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
+#include <nlohmann/json.hpp>
 #include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -25,7 +26,10 @@
 #include <unistd.h>
 
 #include "core/base/descriptor.h"
+#include "core/base/temporary_folder.h"
+#include "core/base/text.h"
 #include "core/scene_io/convert_protocol.h"
+#include "core/scene_io/gltf_json.h"
 #include "core/scene_io/system_calls.h"
 
 namespace core {
@@ -103,6 +107,7 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   if (child < 0) {
     return failed(std::strerror(errno));
   }
+  ::setpgid(child, child);  // as the child does: the group is there before it is killed
   write_end = UniqueFd();
   Ended ended;
   const auto until = Clock::now() + limits.time;
@@ -132,6 +137,7 @@ Result<Ended> run(std::vector<std::string> arguments, int in, int out, const Con
   return ended;
 }
 
+/// Returns the lines that begin so, without that, in UTF-8: names in files are in any encoding.
 std::vector<std::string> lines_of(const std::string& text, std::string_view begin) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at < text.size();) {
@@ -141,7 +147,9 @@ std::vector<std::string> lines_of(const std::string& text, std::string_view begi
         line.begin(), line.end(),
         [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, ' ');
     if (line.starts_with(begin)) {
-      out.push_back(line.substr(begin.size()));
+      const GltfJson rest = line.substr(begin.size());
+      const std::string json = rest.dump(-1, ' ', false, GltfJson::error_handler_t::replace);
+      out.push_back(GltfJson::parse(json).get<std::string>());
     }
     at = end + 1;
   }
@@ -211,28 +219,6 @@ Result<Converted> by_helper(std::span<const FileToConvert> files, const std::str
   }
   return converted;
 }
-
-/// A folder of its own, removed by the destructor.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::error_code none;
-    std::string path = (std::filesystem::temp_directory_path(none) / "tessera-XXXXXX").string();
-    path_ = ::mkdtemp(path.data()) != nullptr ? path : "";
-  }
-  ~TemporaryFolder() {
-    std::error_code none;
-    if (!path_.empty()) {
-      std::filesystem::remove_all(path_, none);
-    }
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 bool write_file(const std::string& path, std::span<const std::byte> content) {
   const UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
@@ -310,11 +296,7 @@ std::uint64_t conversion_bytes(std::string_view extension, std::uint64_t file_by
 
 std::string extension_of_name(std::string_view name) {
   const std::size_t dot = name.rfind('.');
-  std::string out(dot == std::string_view::npos ? "" : name.substr(dot + 1));
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return out;
+  return in_lower_case(dot == std::string_view::npos ? "" : name.substr(dot + 1));
 }
 
 Result<Converted> convert_to_glb(std::span<const FileToConvert> files, const Converters& converters,

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <string>
 
+#include "core/base/byte_order.h"
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
@@ -16,19 +17,9 @@ constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
 
-// glTF is little-endian, like every supported machine.
-std::uint32_t u32(std::span<const std::byte> file, std::size_t at) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, file.data() + at, sizeof(value));
-  return value;
-}
-
 /// Tests the first byte after white space and a byte order mark, as parsers do.
 bool looks_like_an_object(std::string_view json) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (json.starts_with(kByteOrderMark)) {
-    json.remove_prefix(kByteOrderMark.size());
-  }
+  json = without_byte_order_mark(json);
   const std::size_t first = json.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && json[first] == '{';
 }
@@ -94,10 +85,10 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& rep
   if (file.size() < kHeaderBytes + kChunkHeaderBytes) {
     return invalid("a GLB of " + std::to_string(file.size()) + " bytes is cut within its header");
   }
-  if (const std::uint32_t version = u32(file, 4); version != 2) {
+  if (const std::uint32_t version = u32_little(file, 4); version != 2) {
     return invalid("GLB container version " + std::to_string(version) + "; only 2 is read");
   }
-  const std::size_t length = u32(file, 8);
+  const std::size_t length = u32_little(file, 8);
   if (length > file.size()) {
     const auto status = wrong_length(length, "only " + std::to_string(file.size()) + " are there",
                                      "its chunks are read as far as they are there", repairs);
@@ -111,7 +102,7 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& rep
   while (at < file.size() && (at < length || !container.has_bin)) {
     const std::size_t left = file.size() - at - std::min(kChunkHeaderBytes, file.size() - at);
     const bool is_cut = file.size() - at < kChunkHeaderBytes;
-    std::size_t bytes = is_cut ? 0 : u32(file, at);
+    std::size_t bytes = is_cut ? 0 : u32_little(file, at);
     if (is_cut || bytes > left + kPaddingMax) {
       if (at >= length) {
         break;  // not a chunk
@@ -132,7 +123,7 @@ Result<GltfContainer> open_glb(std::span<const std::byte> file, GltfRepairs& rep
       }
       bytes = left;
     }
-    const std::uint32_t type = u32(file, at + 4);
+    const std::uint32_t type = u32_little(file, at + 4);
     at += kChunkHeaderBytes;
     const auto chunk = file.subspan(at, bytes);
     if (!has_json) {
@@ -180,7 +171,7 @@ Status strip_zeros(std::string_view& json, GltfRepairs& repairs) {
 Result<GltfContainer> open_container(std::span<const std::byte> file, const GltfLimits& limits,
                                      GltfRepairs& repairs) {
   GltfContainer container;
-  if (file.size() >= 4 && u32(file, 0) == kMagic) {
+  if (file.size() >= 4 && u32_little(file, 0) == kMagic) {
     auto glb = open_glb(file, repairs);
     if (!glb) {
       return glb;

@@ -1,6 +1,5 @@
 #include "core/scene_io/gltf_images.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -23,19 +22,12 @@ namespace {
 /// Returns the media type of an image by its first bytes; empty for formats that glTF does not
 /// name.
 std::string_view media_type_of(std::span<const std::byte> file) {
-  struct Mark {
-    std::string_view bytes;
-    std::size_t at;
-    std::string_view type;
-  };
-  constexpr std::array kMarks = {
-      Mark{"\x89PNG", 0, "image/png"}, Mark{"\xFF\xD8\xFF", 0, "image/jpeg"},
-      Mark{"WEBP", 8, "image/webp"}, Mark{"\xABKTX 20", 0, "image/ktx2"}};
-  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-  const auto* const mark = std::find_if(kMarks.begin(), kMarks.end(), [&](const Mark& m) {
-    return text.size() >= m.at && text.substr(m.at).starts_with(m.bytes);
-  });
-  return mark == kMarks.end() ? std::string_view() : mark->type;
+  const std::string_view kind = image_kind(file);
+  return kind == "png"    ? "image/png"
+         : kind == "jpg"  ? "image/jpeg"
+         : kind == "webp" ? "image/webp"
+         : kind == "ktx2" ? "image/ktx2"
+                          : std::string_view();
 }
 
 TextureWrap wrap_mode(int mode) noexcept {

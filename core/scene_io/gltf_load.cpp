@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/base/text.h"
 #include "core/math/extreme_points.h"
 #include "core/scene/drawn.h"
 #include "core/scene_io/gltf_animation.h"
@@ -80,10 +81,7 @@ Result<int> find_variant(const SceneDescription& scene, const std::optional<std:
   if (it != scene.variants.end()) {
     return static_cast<int>(it - scene.variants.begin());
   }
-  std::string list;
-  for (const std::string& variant : scene.variants) {
-    list += (list.empty() ? "" : ", ") + variant;
-  }
+  const std::string list = joined(scene.variants, ", ");
   return Error{
       ErrorCode::kInvalidArgument,
       "the scene has no variant \"" + *name + "\"" + (list.empty() ? "" : "; it has " + list),

@@ -1,6 +1,8 @@
 #include "core/scene_io/gltf_source.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <map>
 #include <utility>
 
 #include "core/base/file_names.h"
@@ -71,17 +73,18 @@ Result<SharedBytes> GltfSource::fetch(const std::string& uri, const ResolveUri& 
 
 std::vector<SideFile> side_files(const GltfTables& tables, std::span<const int> needed_images) {
   std::vector<SideFile> files;
-  const auto add = [&files](const std::optional<std::string>& uri, bool required) {
+  std::map<std::string, std::size_t> places;  // by name
+  const auto add = [&](const std::optional<std::string>& uri, bool required) {
     if (!uri || is_data_uri(*uri) || has_scheme(*uri)) {
       return;
     }
     const std::string name = percent_decode(*uri);
-    const auto known = std::find_if(files.begin(), files.end(),
-                                    [&name](const SideFile& each) { return each.name == name; });
-    if (known == files.end()) {
+    const auto [place, is_new] = places.try_emplace(name, files.size());
+    if (is_new) {
       files.push_back({name, required});
     } else {
-      known->required = known->required || required;
+      SideFile& known = files[place->second];
+      known.required = known.required || required;
     }
   };
   for (std::size_t i = 0; i < tables.buffers.size(); ++i) {

@@ -1,13 +1,14 @@
 #include "core/scene_io/gltf_uri.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "core/base/file_names.h"
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
@@ -28,13 +29,6 @@ int base64_digit(char c) noexcept {
 }
 
 bool is_space(char c) noexcept { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-bool equal_without_case(std::string_view a, std::string_view b) noexcept {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-           std::tolower(static_cast<unsigned char>(y));
-  });
-}
 
 /// Skips line breaks, as MIME encoders write them (RFC 2045, 6.8).
 Result<Bytes> decode_base64(std::string_view text) {
@@ -79,7 +73,7 @@ bool names_base64(std::string_view parameters) noexcept {
     while (!part.empty() && is_space(part.back())) {
       part.remove_suffix(1);
     }
-    if (equal_without_case(part, "base64")) {
+    if (equal_ignoring_case(part, "base64")) {
       return true;
     }
     parameters.remove_prefix(std::min(end + 1, parameters.size()));
@@ -105,7 +99,7 @@ std::string list_of(const std::vector<std::string>& names) {
 }  // namespace
 
 bool is_data_uri(std::string_view uri) noexcept {
-  return equal_without_case(uri.substr(0, kDataScheme.size()), kDataScheme);
+  return equal_ignoring_case(uri.substr(0, kDataScheme.size()), kDataScheme);
 }
 
 Result<Bytes> decode_data_uri(std::string_view uri) {
@@ -131,10 +125,10 @@ Error missing_files(const std::vector<std::string>& names,
   std::string text = outside.empty()
                          ? ""
                          : "files outside the folder of the scene are not read" + list_of(outside);
+  const std::set<std::string_view> told(outside.begin(), outside.end());
   std::vector<std::string> others;
-  std::copy_if(names.begin(), names.end(), std::back_inserter(others), [&](const auto& name) {
-    return std::find(outside.begin(), outside.end(), name) == outside.end();
-  });
+  std::copy_if(names.begin(), names.end(), std::back_inserter(others),
+               [&](const std::string& name) { return !told.contains(name); });
   if (!others.empty()) {
     text += (text.empty() ? "" : "; ") + std::string("files that the scene refers to are missing") +
             list_of(others);
@@ -144,11 +138,7 @@ Error missing_files(const std::vector<std::string>& names,
 
 bool has_scheme(std::string_view uri) noexcept {
   const std::size_t colon = uri.find(':');
-  return colon != std::string_view::npos && colon > 1 &&
-         std::all_of(uri.begin(), uri.begin() + static_cast<std::ptrdiff_t>(colon), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '+' || c == '-' ||
-                  c == '.';
-         });
+  return colon != std::string_view::npos && colon > 1 && is_word(uri.substr(0, colon), "+-.");
 }
 
 }  // namespace core

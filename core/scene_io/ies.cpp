@@ -1,7 +1,6 @@
 #include "core/scene_io/ies.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -9,44 +8,23 @@
 #include <utility>
 
 #include "core/base/invalid.h"
+#include "core/base/text.h"
 
 namespace core {
 namespace {
 
 /// Limit of values and of their factor; floats can hold sums of the product.
 constexpr double kCandelaMax = 1e9;
-
-/// Formats a number for messages: 90, 22.5.
-std::string shown(double value) {
-  char text[32];
-  const auto end = std::to_chars(std::begin(text), std::end(text), value).ptr;
-  return {text, end};
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string_view::npos
-             ? std::string_view()
-             : text.substr(begin, text.find_last_not_of(kBlanks) + 1 - begin);
-}
-
-std::string in_capitals(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return out;
-}
+constexpr std::string_view kBlanks = " \t\r";
 
 /// Returns what stands after the `=` of a TILT line; empty for other lines.
-std::optional<std::string> tilt_of(std::string_view line) {
-  const std::string capitals = in_capitals(line);
-  const std::size_t equals = capitals.find('=');
-  if (equals == std::string::npos ||
-      trimmed(std::string_view(capitals).substr(0, equals)) != "TILT") {
+std::optional<std::string_view> tilt_of(std::string_view line) {
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos ||
+      !equal_ignoring_case(trimmed(line.substr(0, equals), kBlanks), "TILT")) {
     return std::nullopt;
   }
-  return std::string(trimmed(std::string_view(capitals).substr(equals + 1)));
+  return trimmed(line.substr(equals + 1), kBlanks);
 }
 
 class Reader {
@@ -59,7 +37,7 @@ class Reader {
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
     const std::string_view line = text_.substr(at_, end - at_);
     at_ = std::min(end + 1, text_.size());
-    return trimmed(line);
+    return trimmed(line, kBlanks);
   }
 
   /// Reads a number; numbers are separated by blanks, line ends or commas. `to` is unchanged on
@@ -89,7 +67,8 @@ class Reader {
     }
     if (to < min || to > max) {
       return invalid("line " + std::to_string(line_number()) + ": " + std::string(what) + " is " +
-                     shown(to) + ", outside of [" + shown(min) + ", " + shown(max) + "]");
+                     shortest_text(to) + ", outside of [" + shortest_text(min) + ", " +
+                     shortest_text(max) + "]");
     }
     return ok_status();
   }
@@ -101,7 +80,7 @@ class Reader {
       return status;
     }
     if (value != std::floor(value)) {
-      return invalid(std::string(what) + " is " + shown(value) + ", not a whole number");
+      return invalid(std::string(what) + " is " + shortest_text(value) + ", not a whole number");
     }
     to = static_cast<std::size_t>(value);
     return ok_status();
@@ -163,7 +142,7 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
     if (first == -90 && last == 90) {
       return planes;
     }
-    return invalid("horizontal angles from " + shown(first) + " to " + shown(last) +
+    return invalid("horizontal angles from " + shortest_text(first) + " to " + shortest_text(last) +
                    " degrees; those of types A and B go from -90 or 0 to 90");
   }
   if (planes.size() == 1) {
@@ -177,7 +156,7 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
   } else if (first == 0 && last > 180 && last < 360) {
     planes.push_back({360, 0});  // omitted by many files
   } else if (first != 0 || last != 360) {
-    return invalid("horizontal angles from " + shown(first) + " to " + shown(last) +
+    return invalid("horizontal angles from " + shortest_text(first) + " to " + shortest_text(last) +
                    " degrees; those of type C go from 0 to 0, 90, 180 or 360, or from 90 to 270");
   }
   return planes;
@@ -186,8 +165,8 @@ Result<std::vector<Plane>> whole_planes(Photometry photometry, const std::vector
 Status check_increasing(std::string_view what, const std::vector<double>& degrees) {
   for (std::size_t i = 1; i < degrees.size(); ++i) {
     if (!(degrees[i] > degrees[i - 1])) {
-      return invalid(std::string(what) + " do not increase: " + shown(degrees[i]) + " follows " +
-                     shown(degrees[i - 1]));
+      return invalid(std::string(what) + " do not increase: " + shortest_text(degrees[i]) +
+                     " follows " + shortest_text(degrees[i - 1]));
     }
   }
   return ok_status();
@@ -205,13 +184,11 @@ struct Head {
 
 /// Reads up to the TILT line. From 1991 on the first line names the standard.
 Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& warnings) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  std::string_view line = in.line();
-  line.remove_prefix(line.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
-  const std::string standard = in_capitals(line);
-  has_lamp_factor = !standard.starts_with("IESNA:LM-63-1995") &&
-                    !standard.starts_with("IESNA:LM-63-2002") &&
-                    !standard.starts_with("IES:LM-63-2019");
+  const std::string_view line = without_byte_order_mark(in.line());
+  const std::string standard = in_lower_case(line);
+  has_lamp_factor = !standard.starts_with("iesna:lm-63-1995") &&
+                    !standard.starts_with("iesna:lm-63-2002") &&
+                    !standard.starts_with("ies:lm-63-2019");
   auto tilt = tilt_of(line);
   while (!tilt) {
     if (in.at_end()) {
@@ -219,11 +196,11 @@ Status read_labels(Reader& in, bool& has_lamp_factor, std::vector<std::string>& 
     }
     tilt = tilt_of(in.line());
   }
-  if (*tilt == "NONE") {
+  if (equal_ignoring_case(*tilt, "NONE")) {
     return ok_status();
   }
   warnings.emplace_back("a light profile has factors for tilted lamps (TILT), which were ignored");
-  if (*tilt != "INCLUDE") {
+  if (!equal_ignoring_case(*tilt, "INCLUDE")) {
     return ok_status();  // they are in another file
   }
   double geometry = 0;
@@ -265,7 +242,8 @@ Status read_head(Reader& in, bool has_lamp_factor, Head& head) {
     return status;
   }
   if (type != std::floor(type)) {
-    return invalid("the photometric type is " + shown(type) + "; 1, 2 and 3 are C, B and A");
+    return invalid("the photometric type is " + shortest_text(type) +
+                   "; 1, 2 and 3 are C, B and A");
   }
   head.photometry = static_cast<Photometry>(type);
   head.factor = multiplier * ballast * (has_lamp_factor ? lamp : 1);
@@ -348,7 +326,7 @@ Result<IesProfile> read_ies(std::string_view text, std::vector<std::string>& war
   }
   if (head.factor > kCandelaMax) {
     return invalid("the product of the candela multiplier and the ballast's factors is " +
-                   shown(head.factor));
+                   shortest_text(head.factor));
   }
   for (const auto& [what, degrees] :
        {std::pair{"vertical angles", &vertical}, std::pair{"horizontal angles", &horizontal}}) {

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -130,6 +133,60 @@ struct Surface {
   Bounds box;
 };
 
+/// Says whether one of many boxes contains a box, without a look at each pair.
+class Boxes {
+ public:
+  explicit Boxes(std::vector<Bounds> boxes)
+      : boxes_(std::move(boxes)), order_(boxes_.size()), unions_(boxes_.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    build(0, order_.size(), 0);
+  }
+  /// Whether another box contains that one.
+  bool surround(std::size_t which) const { return surround(which, 0, order_.size()); }
+
+ private:
+  /// Boxes [first, end) in order_: the middle one, those before and those behind it along an axis.
+  void build(std::size_t first, std::size_t end, std::size_t axis) {
+    if (first == end) {
+      return;
+    }
+    const std::size_t middle = first + (end - first) / 2;
+    const auto place = [&](std::size_t i) {
+      const Vec3 at = boxes_[i].center();
+      return axis == 0 ? at.x : axis == 1 ? at.y : at.z;
+    };
+    const auto begin = order_.begin();
+    std::nth_element(begin + static_cast<std::ptrdiff_t>(first),
+                     begin + static_cast<std::ptrdiff_t>(middle),
+                     begin + static_cast<std::ptrdiff_t>(end),
+                     [&](std::size_t i, std::size_t j) { return place(i) < place(j); });
+    build(first, middle, (axis + 1) % 3);
+    build(middle + 1, end, (axis + 1) % 3);
+    unions_[middle] = boxes_[order_[middle]];
+    for (const auto& [from, to] : {std::pair{first, middle}, std::pair{middle + 1, end}}) {
+      if (from < to) {
+        unions_[middle].add(unions_[from + (to - from) / 2]);
+      }
+    }
+  }
+
+  bool surround(std::size_t which, std::size_t first, std::size_t end) const {
+    const std::size_t middle = first + (end - first) / 2;
+    return first < end && contains(unions_[middle], boxes_[which]) &&
+           ((order_[middle] != which && contains(boxes_[order_[middle]], boxes_[which])) ||
+            surround(which, first, middle) || surround(which, middle + 1, end));
+  }
+
+  static bool contains(const Bounds& a, const Bounds& b) {
+    return a.min.x <= b.min.x && a.min.y <= b.min.y && a.min.z <= b.min.z && b.max.x <= a.max.x &&
+           b.max.y <= a.max.y && b.max.z <= a.max.z;
+  }
+
+  std::vector<Bounds> boxes_;
+  std::vector<std::size_t> order_;
+  std::vector<Bounds> unions_;  ///< of the boxes whose middle one is there
+};
+
 class Windings {
  public:
   explicit Windings(std::span<PrimitiveDescription* const> primitives)
@@ -219,24 +276,25 @@ class Windings {
   /// one: cavities. What faces inwards as a whole is left to find_solids(), which knows all meshes.
   void turn_outwards() {
     const auto closed = [](const Surface& s) { return s.is_closed && s.has_sides; };
-    const bool one_faces_outwards =
-        std::any_of(surfaces_.begin(), surfaces_.end(),
-                    [&](const Surface& s) { return closed(s) && s.volume > 0; });
-    for (const Surface& surface : surfaces_) {
-      const auto surrounds = [&](const Surface& other) {
-        return &other != &surface && contains(other.box, surface.box);
-      };
-      if (one_faces_outwards && closed(surface) && surface.volume < 0 &&
-          std::none_of(surfaces_.begin(), surfaces_.end(), surrounds)) {
+    const auto faces = [&](bool is_outwards) {
+      return std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
+        return closed(s) && (is_outwards ? s.volume > 0 : s.volume < 0);
+      });
+    };
+    if (!faces(true) || !faces(false)) {
+      return;
+    }
+    std::vector<Bounds> all;
+    std::transform(surfaces_.begin(), surfaces_.end(), std::back_inserter(all),
+                   [](const Surface& s) { return s.box; });
+    const Boxes boxes(std::move(all));
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+      const Surface& surface = surfaces_[i];
+      if (closed(surface) && surface.volume < 0 && !boxes.surround(i)) {
         std::for_each(surface.triangles.begin(), surface.triangles.end(),
                       [this](std::uint32_t triangle) { turn(triangle); });
       }
     }
-  }
-
-  static bool contains(const Bounds& a, const Bounds& b) {
-    return a.min.x <= b.min.x && a.min.y <= b.min.y && a.min.z <= b.min.z && b.max.x <= a.max.x &&
-           b.max.y <= a.max.y && b.max.z <= a.max.z;
   }
 
   std::span<PrimitiveDescription* const> primitives_;

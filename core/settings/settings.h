@@ -266,14 +266,14 @@ struct RenderSettings {
 /// Stop rules; the first one met ends the job. Error targets are met only where light_not_found,
 /// if given, is met too.
 struct StopRules {
-  std::optional<int> samples_per_pixel;
-  std::optional<double> relative_error;
+  std::optional<int> samples_per_pixel = {};
+  std::optional<double> relative_error = {};
   double confidence = 0.95;
   bool worst_tile = false;
-  std::optional<double> denoised_error;  ///< of the mixed denoised image
-  std::optional<double> seconds;         ///< rendering time, without pauses and downtime
-  std::optional<double> cpu_seconds;     ///< summed over all threads
-  std::optional<double> deadline_unix_seconds;
+  std::optional<double> denoised_error = {};  ///< of the mixed denoised image
+  std::optional<double> seconds = {};         ///< rendering time, without pauses and downtime
+  std::optional<double> cpu_seconds = {};     ///< summed over all threads
+  std::optional<double> deadline_unix_seconds = {};
   std::optional<double> meter_error = {};      ///< of the meter's worst point: meter_error()
   std::optional<double> light_not_found = {};  ///< LightNotFound::at_most
   bool has_error_target() const noexcept {

@@ -1,7 +1,6 @@
 #include "server/commands/check_command.h"
 
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -17,6 +16,7 @@
 #include "api/flags/flags.h"
 #include "api/json/json.h"
 #include "core/base/sha256.h"
+#include "core/base/temporary_folder.h"
 #include "core/film/film.h"
 #include "server/commands/check_film.h"
 #include "server/config/config.h"
@@ -275,25 +275,6 @@ void print(const Findings& findings, bool as_json) {
       findings.leftovers.size(), findings.removed);
 }
 
-/// A folder that is removed with its content.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tessera-check-XXXXXX").string();
-    path_ = ::mkdtemp(name.data()) == nullptr ? "" : name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 /// Makes `copy` a data directory with a copy of the database, which SQLite cannot read without
 /// writing beside it, and links to the other files.
 core::Status mirror(const std::string& directory, const std::string& copy) {
@@ -340,7 +321,7 @@ int check(const std::string& data_dir, bool with_repair, bool as_json) {
         {core::ErrorCode::kConflict, "is read-only, so it cannot be repaired", *directory},
         flags::kFailed);
   }
-  std::optional<TemporaryFolder> copy;
+  std::optional<core::TemporaryFolder> copy;
   if (is_read_only) {
     copy.emplace();
     if (const core::Status made = mirror(*directory, copy->path()); !made) {

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/answers/tenant_view.h"
 #include "api/flags/flags.h"
 #include "api/json/json.h"
 #include "api/json/limits.h"
@@ -166,7 +167,7 @@ int keys_command(const std::vector<std::string>& args) {
   app.add_option("--tenant", given.tenant,
                  "Tenant of an added key (a new one). To replace a key, give its tenant.")
       ->type_name("NAME")
-      ->check(needs([](const std::string& text) { return is_tenant_name(text); },
+      ->check(needs([](const std::string& text) { return api::is_tenant_name(text); },
                     "name of 1 to 64 letters, digits and ._-"));
   app.add_option("--max-priority", given.priority_max,
                  "Maximum priority of the new key's jobs (0).")

@@ -18,6 +18,7 @@
 #include "api/flags/flags.h"
 #include "api/json/limits.h"
 #include "core/base/shown_address.h"
+#include "core/base/text.h"
 #include "core/scene_io/convert.h"
 #include "server/http/text.h"
 #include "server/origin.h"
@@ -366,8 +367,7 @@ core::Result<std::string> read_text(const std::string& path) {
   if (text.find('\0') != std::string::npos) {
     return Error{ErrorCode::kInvalidArgument, "is not text in UTF-8", path};
   }
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : std::move(text);
+  return std::string(core::without_byte_order_mark(text));
 }
 
 /// Reads `flag = value` on each line; lines that begin with `#` are comments.

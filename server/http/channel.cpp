@@ -15,9 +15,13 @@
 #include "core/base/check.h"
 
 namespace server {
-namespace {
 
-/// Returns true if an event occurred. Rounds up, so that a wait never ends before its deadline.
+bool Pace::allows(Clock::duration waited, std::uint64_t bytes) const {
+  const double seconds = std::chrono::duration<double>(waited).count();
+  return waited <= stall ||
+         static_cast<double>(bytes) >= seconds * static_cast<double>(min_bytes_per_second);
+}
+
 bool poll_until(int fd, short events, Clock::time_point deadline) {
   while (true) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
@@ -32,6 +36,17 @@ bool poll_until(int fd, short events, Clock::time_point deadline) {
     }
   }
 }
+
+bool WriteMeter::wait(int fd, short events) {
+  const auto start = Clock::now();
+  if (!poll_until(fd, events, start + pace_.stall)) {
+    return false;
+  }
+  waited_ += Clock::now() - start;
+  return pace_.allows(waited_, bytes_);
+}
+
+namespace {
 
 bool would_block() { return errno == EAGAIN; }  // The same as EWOULDBLOCK on Linux.
 
@@ -94,13 +109,13 @@ bool SocketChannel::write(std::initializer_list<std::string_view> pieces) {
     message.msg_iovlen = count;
     const ssize_t sent = ::sendmsg(fd_, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0) {
-      if (errno == EINTR || (would_block() && wait_writable())) {
+      if (errno == EINTR || (would_block() && meter_.wait(fd_, POLLOUT))) {
         continue;
       }
       return false;
     }
     auto left = static_cast<std::size_t>(sent);
-    written_bytes_ += left;
+    meter_.add(left);
     while (count > 0 && left >= next->iov_len) {
       left -= next->iov_len;
       ++next;
@@ -126,32 +141,17 @@ bool SocketChannel::write_file(int file_fd, std::uint64_t offset, std::uint64_t 
         ::sendfile(fd_, file_fd, &position, static_cast<std::size_t>(std::min(size, kPieceBytes)));
     if (sent > 0) {
       size -= static_cast<std::uint64_t>(sent);
-      written_bytes_ += static_cast<std::uint64_t>(sent);
+      meter_.add(static_cast<std::uint64_t>(sent));
     } else {
-      is_ok = sent < 0 && (errno == EINTR || (would_block() && wait_writable()));
+      is_ok = sent < 0 && (errno == EINTR || (would_block() && meter_.wait(fd_, POLLOUT)));
     }
   }
   ::fcntl(fd_, F_SETFL, flags);
   return is_ok;
 }
 
-void SocketChannel::restart_pace() {
-  write_waited_ = {};
-  written_bytes_ = 0;
-}
+void SocketChannel::restart_pace() { meter_.restart(); }
 
 void SocketChannel::finish_writing() { ::shutdown(fd_, SHUT_WR); }
-
-bool SocketChannel::wait_writable() {
-  const auto start = Clock::now();
-  if (!poll_until(fd_, POLLOUT, start + pace_.stall)) {
-    return false;
-  }
-  write_waited_ += Clock::now() - start;
-  const double waited_seconds = std::chrono::duration<double>(write_waited_).count();
-  return write_waited_ <= pace_.stall ||
-         static_cast<double>(written_bytes_) >=
-             waited_seconds * static_cast<double>(pace_.min_bytes_per_second);
-}
 
 }  // namespace server

@@ -13,10 +13,32 @@ namespace server {
 
 using Clock = std::chrono::steady_clock;
 
-/// Limits for clients that read slowly.
-struct WritePace {
+/// Limits for clients that send or read slowly.
+struct Pace {
   std::chrono::milliseconds stall{10000};     ///< Longest single wait.
   std::uint64_t min_bytes_per_second = 1024;  ///< Over the time spent waiting, after one stall.
+
+  /// Returns whether a client keeps to them. waited: for `bytes` in all.
+  bool allows(Clock::duration waited, std::uint64_t bytes) const;
+};
+
+/// Returns true if an event of poll(2) occurred. Rounds up, so that a wait never ends before its
+/// deadline.
+bool poll_until(int fd, short events, Clock::time_point deadline);
+
+/// Bytes that a client took, and the time spent waiting for it, since restart().
+class WriteMeter {
+ public:
+  explicit WriteMeter(Pace pace) : pace_(pace) {}
+  void restart() { *this = WriteMeter(pace_); }
+  void add(std::uint64_t bytes) { bytes_ += bytes; }
+  /// Waits for events of poll(2). Returns false if the client is gone or too slow.
+  bool wait(int fd, short events);
+
+ private:
+  Pace pace_;
+  Clock::duration waited_ = {};
+  std::uint64_t bytes_ = 0;
 };
 
 class Channel {
@@ -48,7 +70,7 @@ class Channel {
 /// Plain TCP. The descriptor is borrowed.
 class SocketChannel final : public Channel {
  public:
-  SocketChannel(int fd, WritePace pace) : fd_(fd), pace_(pace) {}
+  SocketChannel(int fd, Pace pace) : fd_(fd), meter_(pace) {}
 
   Read read(char* into, std::size_t capacity, Clock::time_point deadline) override;
   Read read_idle(char* into, std::size_t capacity, std::chrono::milliseconds timeout) override;
@@ -59,13 +81,8 @@ class SocketChannel final : public Channel {
   int fd() const override { return fd_; }
 
  private:
-  /// Waits, within the pace, until the socket accepts bytes; false on timeout.
-  bool wait_writable();
-
   int fd_;
-  WritePace pace_;
-  Clock::duration write_waited_ = {};
-  std::uint64_t written_bytes_ = 0;            ///< Since restart_pace().
+  WriteMeter meter_;
   std::chrono::milliseconds idle_timeout_{0};  ///< Set on the socket; 0: not yet.
 };
 

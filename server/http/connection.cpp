@@ -1,6 +1,5 @@
 #include "server/http/connection.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -11,6 +10,7 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include "core/base/text.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 
@@ -23,11 +23,7 @@ constexpr std::string_view kToldToGo = "too many connections wait for a request"
 
 bool is_request_id(std::string_view text) {
   constexpr std::size_t kMaxChars = 128;
-  return !text.empty() && text.size() <= kMaxChars &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                  c == '-' || c == '_' || c == '.';
-         });
+  return !text.empty() && text.size() <= kMaxChars && core::is_word(text, "-_.");
 }
 
 /// Bytes not yet sent above which writing waits (tcp(7), TCP_NOTSENT_LOWAT): a record of TLS.
@@ -49,7 +45,7 @@ bool is_json(std::string_view content_type) {
 }
 
 std::unique_ptr<Channel> make_channel(const HttpLimits& limits, const TlsContext* tls, int fd) {
-  const WritePace pace = {.stall = limits.write_stall};
+  const Pace pace = {.stall = limits.write_stall};
   if (tls != nullptr) {
     return std::make_unique<TlsChannel>(*tls, fd, pace);
   }
@@ -212,7 +208,7 @@ bool Connection::serve_one() {
 Connection::Next Connection::serve(Request& request, const ParsedHead& parsed, Outcome& outcome) {
   RequestBody body(
       channel_, inbox_, parsed.framing,
-      {.idle = limits_.body_idle, .min_bytes_per_second = limits_.body_min_bytes_per_second});
+      {.stall = limits_.body_idle, .min_bytes_per_second = limits_.body_min_bytes_per_second});
   request.watch_client = [this] { return watch_client().stop.get_token(); };
   StreamSlot place;
   request.place = &place;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/text.h"
+
 namespace server {
 namespace {
 
@@ -15,18 +17,11 @@ std::optional<std::uint64_t> parse_chunk_size(std::string_view line) {
   std::uint64_t size = 0;
   std::size_t digits = 0;
   for (; digits < line.size(); ++digits) {
-    const char c = line[digits];
-    unsigned value = 0;
-    if (c >= '0' && c <= '9') {
-      value = static_cast<unsigned>(c - '0');
-    } else if (c >= 'a' && c <= 'f') {
-      value = static_cast<unsigned>(c - 'a' + 10);
-    } else if (c >= 'A' && c <= 'F') {
-      value = static_cast<unsigned>(c - 'A' + 10);
-    } else {
+    const int value = core::hex_digit(line[digits]);
+    if (value < 0) {
       break;
     }
-    size = size * 16 + value;
+    size = size * 16 + static_cast<unsigned>(value);
   }
   const std::string_view rest = line.substr(digits);
   const std::size_t extension = rest.find_first_not_of(" \t");
@@ -197,18 +192,14 @@ std::optional<std::string> RequestBody::take_line() {
 bool RequestBody::fill() {
   const auto start = Clock::now();
   const std::size_t bytes_before = inbox_.unread().size();
-  const Channel::Status status = inbox_.fill(start + pace_.idle, kPieceBytes);
+  const Channel::Status status = inbox_.fill(start + pace_.stall, kPieceBytes);
   waited_ += Clock::now() - start;
   received_bytes_ += inbox_.unread().size() - bytes_before;
   if (status == Channel::Status::kClosed) {
     fail(Failure::kDisconnected);
     return false;
   }
-  const double waited_seconds = std::chrono::duration<double>(waited_).count();
-  const bool is_too_slow =
-      waited_ > pace_.idle && static_cast<double>(received_bytes_) <
-                                  waited_seconds * static_cast<double>(pace_.min_bytes_per_second);
-  if (status == Channel::Status::kTimeout || is_too_slow) {
+  if (status == Channel::Status::kTimeout || !pace_.allows(waited_, received_bytes_)) {
     fail(Failure::kTimeout);
     return false;
   }

@@ -13,15 +13,10 @@
 
 namespace server {
 
-struct BodyPace {
-  std::chrono::milliseconds idle{10000};      ///< Longest single wait.
-  std::uint64_t min_bytes_per_second = 1024;  ///< Over the time spent waiting, after one idle.
-};
-
 class RequestBody final : public BodyReader {
  public:
   /// limit_bytes: of content; a larger declared size fails at the first read.
-  RequestBody(Channel& channel, Inbox& inbox, Framing framing, BodyPace pace)
+  RequestBody(Channel& channel, Inbox& inbox, Framing framing, Pace pace)
       : channel_(channel), inbox_(inbox), framing_(framing), pace_(pace), left_(framing.length) {}
 
   enum class Failure : std::uint8_t { kNone, kTooLarge, kTimeout, kMalformed, kDisconnected };
@@ -55,7 +50,7 @@ class RequestBody final : public BodyReader {
   Channel& channel_;
   Inbox& inbox_;
   Framing framing_;
-  BodyPace pace_;
+  Pace pace_;
   std::uint64_t limit_bytes_ = 0;
   std::uint64_t left_;  ///< Bytes left in the body, or in the current chunk.
   std::uint64_t bytes_read_ = 0;

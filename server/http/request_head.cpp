@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/text.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -48,10 +49,7 @@ bool is_field_value(std::string_view value) {
 
 /// `host`, `host:port`, `[v6]:port`; only characters that cannot smuggle a path or user.
 bool is_authority(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-           std::string_view(".-_:[]%~").find(c) != std::string_view::npos;
-  });
+  return !text.empty() && core::is_word(text, ".-_:[]%~");
 }
 
 /// Removes `http://authority` from an absolute target and sets authority. Returns false if

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/base/check.h"
+#include "core/base/text.h"
 #include "server/http/text.h"
 
 namespace server {
@@ -18,11 +19,7 @@ std::string_view take_segment(std::string_view& path) {
   return segment;
 }
 
-bool is_extension(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-  });
-}
+bool is_extension(std::string_view text) { return !text.empty() && core::is_word(text); }
 
 constexpr std::array<std::string_view, 6> kMethodOrder = {"GET", "HEAD",  "POST",
                                                           "PUT", "PATCH", "DELETE"};

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <limits>
 
 namespace server {
 namespace {
-
-char to_lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 constexpr std::array<bool, 256> make_token_table() {
   std::array<bool, 256> table = {};
@@ -21,20 +18,6 @@ constexpr std::array<bool, 256> make_token_table() {
 }
 constexpr std::array<bool, 256> kIsTokenChar = make_token_table();
 
-/// Returns -1 for a character that is not a hexadecimal digit.
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') {
-    return c - '0';
-  }
-  if (c >= 'a' && c <= 'f') {
-    return c - 'a' + 10;
-  }
-  if (c >= 'A' && c <= 'F') {
-    return c - 'A' + 10;
-  }
-  return -1;
-}
-
 bool ends_with_percentage(std::string_view text) {
   return text.size() > 1 && text.back() == '%' && text[text.size() - 2] >= '0' &&
          text[text.size() - 2] <= '9';
@@ -42,19 +25,7 @@ bool ends_with_percentage(std::string_view text) {
 
 }  // namespace
 
-bool equal_ignoring_case(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-           return to_lower(x) == to_lower(y);
-         });
-}
-
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
+std::string_view trim(std::string_view text) { return core::trimmed(text, " \t"); }
 
 bool is_token(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
@@ -114,8 +85,8 @@ std::optional<std::string> percent_decode(std::string_view text, PlusSign plus) 
       if (i + 2 >= text.size()) {
         return std::nullopt;
       }
-      const int high = hex_value(text[i + 1]);
-      const int low = hex_value(text[i + 2]);
+      const int high = core::hex_digit(text[i + 1]);
+      const int low = core::hex_digit(text[i + 2]);
       if (high < 0 || low < 0 || (high == 0 && low == 0)) {
         return std::nullopt;
       }
@@ -156,22 +127,17 @@ std::optional<std::string> base_path(std::string_view text) {
   while (text.ends_with('/')) {
     text.remove_suffix(1);
   }
-  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("/-._~").find(static_cast<char>(c)) != std::string_view::npos;
-  });
   const std::string whole = std::string(text) + "/";
   const bool has_steps = std::any_of(kSteps.begin(), kSteps.end(), [&](std::string_view step) {
     return whole.find(step) != std::string::npos;
   });
   const bool is_path = text.empty() || text.front() == '/';
-  return is_plain && is_path && !has_steps ? std::optional<std::string>(text) : std::nullopt;
+  return core::is_word(text, "/-._~") && is_path && !has_steps ? std::optional<std::string>(text)
+                                                               : std::nullopt;
 }
 
 std::string media_type(std::string_view content_type) {
-  std::string type(trim(content_type.substr(0, content_type.find(';'))));
-  std::transform(type.begin(), type.end(), type.begin(), to_lower);
-  return type;
+  return core::in_lower_case(trim(content_type.substr(0, content_type.find(';'))));
 }
 
 }  // namespace server

@@ -8,9 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/text.h"
+
 namespace server {
 
-bool equal_ignoring_case(std::string_view a, std::string_view b);
+using core::equal_ignoring_case;
 /// Returns the text without leading and trailing spaces and tabs.
 std::string_view trim(std::string_view text);
 /// True for a method or field name: letters, digits and !#$%&'*+-.^_`|~, at least one.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <limits>
 
 #include <fcntl.h>
 #include <openssl/err.h>
@@ -29,23 +28,6 @@ core::Error tls_error(const std::string& file) {
   ERR_error_string_n(ERR_get_error(), text.data(), text.size());
   ERR_clear_error();
   return core::Error{core::ErrorCode::kInvalidArgument, text.data(), file};
-}
-
-/// Returns true if an event occurred. Rounds up, so that a wait never ends before its deadline.
-bool poll_until(int fd, short events, Clock::time_point deadline) {
-  while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    pollfd entry = {.fd = fd, .events = events, .revents = 0};
-    const int ready = ::poll(
-        &entry, 1,
-        static_cast<int>(std::clamp<std::int64_t>(left, 0, std::numeric_limits<int>::max())));
-    if (ready > 0) {
-      return true;
-    }
-    if (ready == 0 || errno != EINTR) {
-      return false;
-    }
-  }
 }
 
 /// Returns the events that poll() must wait for after that error; 0: waiting does not help.
@@ -79,8 +61,8 @@ core::Result<std::shared_ptr<const TlsContext>> TlsContext::load(
 
 TlsContext::~TlsContext() { SSL_CTX_free(context_); }
 
-TlsChannel::TlsChannel(const TlsContext& context, int fd, WritePace pace)
-    : fd_(fd), pace_(pace), tls_(SSL_new(context.get())) {
+TlsChannel::TlsChannel(const TlsContext& context, int fd, Pace pace)
+    : fd_(fd), meter_(pace), tls_(SSL_new(context.get())) {
   ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
   has_failed_ = tls_ == nullptr || SSL_set_fd(tls_, fd) != 1;
   if (!has_failed_) {
@@ -118,18 +100,9 @@ Channel::Read TlsChannel::read_idle(char* into, std::size_t capacity,
 }
 
 bool TlsChannel::wait_to_write(int result) {
-  const int error = SSL_get_error(tls_, result);
-  const short events = wanted_events(error);
-  const auto start = Clock::now();
-  if (events == 0 || !poll_until(fd_, events, start + pace_.stall)) {
-    has_failed_ = true;
-    return false;
-  }
-  write_waited_ += Clock::now() - start;
-  const double waited_seconds = std::chrono::duration<double>(write_waited_).count();
-  return write_waited_ <= pace_.stall ||
-         static_cast<double>(written_bytes_) >=
-             waited_seconds * static_cast<double>(pace_.min_bytes_per_second);
+  const short events = wanted_events(SSL_get_error(tls_, result));
+  has_failed_ = events == 0 || !meter_.wait(fd_, events);
+  return !has_failed_;
 }
 
 bool TlsChannel::write_all(std::string_view bytes) {
@@ -143,7 +116,7 @@ bool TlsChannel::write_all(std::string_view bytes) {
         SSL_write_ex(tls_, bytes.data(), std::min(bytes.size(), kRecordBytes), &sent);
     if (result == 1) {
       bytes.remove_prefix(sent);
-      written_bytes_ += sent;
+      meter_.add(sent);
     } else if (!wait_to_write(result)) {
       return false;
     }
@@ -183,10 +156,7 @@ bool TlsChannel::write_file(int file_fd, std::uint64_t offset, std::uint64_t siz
   return true;
 }
 
-void TlsChannel::restart_pace() {
-  write_waited_ = {};
-  written_bytes_ = 0;
-}
+void TlsChannel::restart_pace() { meter_.restart(); }
 
 void TlsChannel::finish_writing() {
   if (!has_failed_) {

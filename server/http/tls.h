@@ -33,7 +33,7 @@ class TlsContext {
 /// its deadline.
 class TlsChannel final : public Channel {
  public:
-  TlsChannel(const TlsContext& context, int fd, WritePace pace);
+  TlsChannel(const TlsContext& context, int fd, Pace pace);
   ~TlsChannel() override;
   TlsChannel(const TlsChannel&) = delete;
   TlsChannel& operator=(const TlsChannel&) = delete;
@@ -53,11 +53,9 @@ class TlsChannel final : public Channel {
   bool wait_to_write(int result);
 
   int fd_;
-  WritePace pace_;
+  WriteMeter meter_;
   ssl_st* tls_;
   bool has_failed_ = false;
-  Clock::duration write_waited_ = {};
-  std::uint64_t written_bytes_ = 0;  ///< Since restart_pace().
 };
 
 }  // namespace server

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include <arpa/inet.h>
 #include <curl/curl.h>
@@ -9,6 +10,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "core/base/byte_order.h"
 #include "core/base/check.h"
 #include "server/http/text.h"
 
@@ -37,11 +39,7 @@ bool is_public4(std::uint32_t address) {
 }
 
 std::uint32_t word(const in6_addr& address, std::size_t first) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    value = value << 8U | address.s6_addr[first + i];
-  }
-  return value;
+  return core::u32_big(std::as_bytes(std::span(address.s6_addr)), first);
 }
 
 /// Source: IANA IPv6 Special-Purpose Address Registry; otherwise only 2000::/3 is assigned.

@@ -3,33 +3,11 @@
 #include "api/json/errors.h"
 #include "api/json/limits.h"
 #include "api/requests.h"
+#include "core/base/file_names.h"
 #include "server/http/problem.h"
 #include "server/http/text.h"
 
 namespace server {
-namespace {
-
-std::string percent_encode(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  constexpr std::string_view kPlain = "-._~";
-  std::string encoded;
-  for (const char c : text) {
-    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
-                          (c >= 'A' && c <= 'Z') || kPlain.find(c) != std::string_view::npos;
-    if (is_plain) {
-      encoded += c;
-      continue;
-    }
-    const auto byte = static_cast<unsigned char>(c);
-    encoded += '%';
-    encoded += kDigits[byte >> 4U];
-    encoded += kDigits[byte & 15U];
-  }
-  return encoded;
-}
-
-}  // namespace
-
 Response problem_answer(const Request& request, const api::Problem& problem) {
   return problem_response(problem, request.path);
 }
@@ -101,7 +79,7 @@ Response list_answer(const Request& request, std::string json,
     std::string target = request.path + "?cursor=" + *next;
     for (const auto& [name, value] : request.query_params) {
       if (name != "cursor") {
-        target += "&" + percent_encode(name) + "=" + percent_encode(value);
+        target += "&" + core::percent_encode(name) + "=" + core::percent_encode(value);
       }
     }
     response.headers.add("Link", "<" + target + ">; rel=\"next\"");

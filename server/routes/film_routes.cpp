@@ -239,13 +239,7 @@ api::JobSpec merged_spec(const api::JobSpec& first, const core::FilmPart& merged
   spec.render.first_replicate = merged.ledger.front().first_replicate;
   spec.stop = core::StopRules{
       .samples_per_pixel = std::min(samples, static_cast<int>(api::limits::kSamplesPerPixel)),
-      .relative_error = {},
-      .confidence = first.stop.confidence,
-      .worst_tile = false,
-      .denoised_error = {},
-      .seconds = {},
-      .cpu_seconds = {},
-      .deadline_unix_seconds = {}};
+      .confidence = first.stop.confidence};
   // Parses it as the store will: counts are rounded to whole sets.
   auto parsed = api::parse_job(api::spec_json(spec));
   CHECK(parsed);

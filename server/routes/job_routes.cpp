@@ -14,6 +14,7 @@
 #include "api/json/limits.h"
 #include "api/requests.h"
 #include "core/base/sha256.h"
+#include "core/base/text.h"
 #include "core/image_io/image_texts.h"
 #include "server/http/conditional.h"
 #include "server/http/problem.h"
@@ -88,9 +89,6 @@ Response put(const RouteContext& context, Request& request) {
     return error_answer(request,
                         Error{ErrorCode::kInvalidArgument, "\"" + id + "\" is not a UUID", "/id"});
   }
-  std::transform(id.begin(), id.end(), id.begin(), [](char c) {
-    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
   auto parsed = api::parse_job(request.body);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
@@ -101,7 +99,7 @@ Response put(const RouteContext& context, Request& request) {
   const auto submitted = context.jobs.submit(
       std::move(*parsed), {.access = request.access,
                            .body_hash = core::sha256_hex(request.body.data(), request.body.size()),
-                           .id = std::move(id)});
+                           .id = core::in_lower_case(id)});
   if (!submitted) {
     return problem_answer(request, submitted.problem());
   }

@@ -7,6 +7,7 @@
 #include "api/json/errors.h"
 #include "api/json/limits.h"
 #include "core/base/check.h"
+#include "core/base/text.h"
 #include "server/auth/key_view.h"
 #include "server/observe/clock.h"
 #include "server/routes/answers.h"
@@ -31,10 +32,7 @@ Response list_keys(const RouteContext& context, Request& request) {
 
 MadeKey made_key(const api::KeyRequest& asked) {
   MadeKey made = make_key(asked.name);
-  std::string scopes;
-  for (const std::string& scope : asked.scopes) {
-    scopes += (scopes.empty() ? "" : ",") + scope;
-  }
+  const std::string scopes = core::joined(asked.scopes, ",");
   CHECK(read_scopes(scopes, made.row));  // Guaranteed by parse_key_request().
   made.row.tenant = asked.tenant.value_or(made.row.tenant);
   made.row.rate_limit = asked.rate_limit;

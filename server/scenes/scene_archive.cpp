@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstddef>
 #include <optional>
 #include <utility>
 
-#include "server/scenes/zip_names.h"
+#include "core/base/zip_names.h"
+#include "core/scene_io/convert.h"
 
 namespace server {
 
@@ -21,18 +21,6 @@ std::string_view folder_of(std::string_view path) {
   return slash == std::string_view::npos ? std::string_view() : path.substr(0, slash);
 }
 
-std::string_view last_part(std::string_view path) { return path.substr(path.rfind('/') + 1); }
-
-/// Returns the extension in lower case, with its dot.
-std::string extension_of(std::string_view path) {
-  const std::string_view file = last_part(path);
-  const auto dot = file.rfind('.');
-  std::string text(dot == std::string_view::npos ? std::string_view() : file.substr(dot));
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// Resolves `uri` against the folder of `document`; empty when it leaves the archive.
 std::optional<std::string> path_in_archive(std::string_view document, std::string_view uri) {
   const std::string_view folder = folder_of(document);
@@ -42,24 +30,24 @@ std::optional<std::string> path_in_archive(std::string_view document, std::strin
 }
 
 std::string stem_of(std::string_view path) {
-  const std::string_view file = last_part(path);
+  const std::string_view file = core::last_part(path);
   return core::folded_name(file.substr(0, file.rfind('.')));
 }
 
 /// Formats of models that are not read, and archives in the archive, named to explain a refusal.
-constexpr std::array<std::string_view, 12> kOtherFormats = {".zip", ".7z",  ".rar",   ".usdz",
-                                                            ".fbx", ".obj", ".blend", ".dae",
-                                                            ".stl", ".ply", ".max",   ".usd"};
+constexpr std::array<std::string_view, 12> kOtherFormats = {
+    "zip", "7z", "rar", "usdz", "fbx", "obj", "blend", "dae", "stl", "ply", "max", "usd"};
 
-Error without_document(const std::vector<ZipEntry>& entries) {
+Error without_document(const std::vector<core::ZipEntry>& entries) {
   std::string text = "the archive contains no .glb and no .gltf";
   for (const std::string_view extension : kOtherFormats) {
     const auto other =
-        std::find_if(entries.begin(), entries.end(), [extension](const ZipEntry& entry) {
-          return !is_from_macos(entry.name) && extension_of(entry.name) == extension;
+        std::find_if(entries.begin(), entries.end(), [extension](const core::ZipEntry& entry) {
+          return !core::is_from_macos(entry.name) &&
+                 core::extension_of_name(entry.name) == extension;
         });
     if (other != entries.end()) {
-      const bool is_archive = extension == ".zip" || extension == ".7z" || extension == ".rar";
+      const bool is_archive = extension == "zip" || extension == "7z" || extension == "rar";
       text += is_archive ? "; it contains another archive, \"" + other->name +
                                "\": unpack that one and upload it, if it contains glTF"
                          : "; \"" + other->name + "\" has a format that is not read";
@@ -71,8 +59,8 @@ Error without_document(const std::vector<ZipEntry>& entries) {
 
 /// Of documents with the same name in the folders of glTF's sample models, one form of the model
 /// each, returns the binary one, else the plain one; null if they are other documents.
-const ZipEntry* chosen_form(const std::vector<const ZipEntry*>& documents) {
-  const auto is_same_model = [&](const ZipEntry* each) {
+const core::ZipEntry* chosen_form(const std::vector<const core::ZipEntry*>& documents) {
+  const auto is_same_model = [&](const core::ZipEntry* each) {
     return stem_of(each->name) == stem_of(documents.front()->name) &&
            folder_of(folder_of(each->name)) == folder_of(folder_of(documents.front()->name));
   };
@@ -80,8 +68,8 @@ const ZipEntry* chosen_form(const std::vector<const ZipEntry*>& documents) {
     return nullptr;
   }
   for (const std::string_view form : {"gltf-binary", "gltf"}) {
-    const auto is_form = [form](const ZipEntry* each) {
-      return core::folded_name(last_part(folder_of(each->name))) == form;
+    const auto is_form = [form](const core::ZipEntry* each) {
+      return core::folded_name(core::last_part(folder_of(each->name))) == form;
     };
     const auto found = std::find_if(documents.begin(), documents.end(), is_form);
     if (found != documents.end() &&
@@ -94,12 +82,12 @@ const ZipEntry* chosen_form(const std::vector<const ZipEntry*>& documents) {
 
 }  // namespace
 
-core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries) {
-  std::vector<const ZipEntry*> topmost;
+core::Result<const core::ZipEntry*> main_document(const std::vector<core::ZipEntry>& entries) {
+  std::vector<const core::ZipEntry*> topmost;
   std::ptrdiff_t least = 0;
-  for (const ZipEntry& entry : entries) {
-    const std::string extension = extension_of(entry.name);
-    if ((extension != ".glb" && extension != ".gltf") || is_from_macos(entry.name)) {
+  for (const core::ZipEntry& entry : entries) {
+    const std::string extension = core::extension_of_name(entry.name);
+    if ((extension != "glb" && extension != "gltf") || core::is_from_macos(entry.name)) {
       continue;
     }
     const auto depth = std::count(entry.name.begin(), entry.name.end(), '/');
@@ -117,7 +105,7 @@ core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries
   if (topmost.size() == 1) {
     return topmost.front();
   }
-  if (const ZipEntry* form = chosen_form(topmost)) {
+  if (const core::ZipEntry* form = chosen_form(topmost)) {
     return form;
   }
   return Error{ErrorCode::kInvalidArgument,
@@ -126,17 +114,17 @@ core::Result<const ZipEntry*> main_document(const std::vector<ZipEntry>& entries
                ""};
 }
 
-ArchiveFiles::ArchiveFiles(const std::vector<ZipEntry>& entries, std::string document)
+ArchiveFiles::ArchiveFiles(const std::vector<core::ZipEntry>& entries, std::string document)
     : document_(std::move(document)) {
-  for (const ZipEntry& entry : entries) {
-    if (!is_from_macos(entry.name)) {
+  for (const core::ZipEntry& entry : entries) {
+    if (!core::is_from_macos(entry.name)) {
       entries_.push_back(&entry);
       names_.add(entry.name);
     }
   }
 }
 
-const ZipEntry* ArchiveFiles::find(std::string_view name) const {
+const core::ZipEntry* ArchiveFiles::find(std::string_view name) const {
   for (const std::string& spelled : {std::string(name), core::with_slashes(name)}) {
     const auto path = path_in_archive(document_, spelled);
     const auto found = path ? names_.find(*path) : std::nullopt;

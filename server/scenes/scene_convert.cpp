@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "core/base/text.h"
 #include "server/scenes/scene_archive.h"
 #include "server/scenes/scene_service.h"
 
@@ -24,17 +25,18 @@ bool is_material(const std::string& extension) {
 /// By the first bytes; add_file() says what is wrong with the rest.
 bool is_gltf(std::string_view content) {
   const std::size_t first = content.find_first_not_of(" \t\r\n");
-  return content.starts_with("glTF") || content.starts_with("\xEF\xBB\xBF") ||
+  return content.starts_with("glTF") || content.starts_with(core::kByteOrderMark) ||
          first == std::string_view::npos || content[first] == '{';
 }
 
 /// Returns the entry to convert: the outermost one; null if the archive has a glTF, or none.
-const ZipEntry* model_of(const std::vector<ZipEntry>& entries, const core::Converters& converters) {
-  const ZipEntry* model = nullptr;
-  const auto depth = [](const ZipEntry& entry) {
+const core::ZipEntry* model_of(const std::vector<core::ZipEntry>& entries,
+                               const core::Converters& converters) {
+  const core::ZipEntry* model = nullptr;
+  const auto depth = [](const core::ZipEntry& entry) {
     return std::count(entry.name.begin(), entry.name.end(), '/');
   };
-  for (const ZipEntry& entry : entries) {
+  for (const core::ZipEntry& entry : entries) {
     const std::string extension = core::extension_of_name(entry.name);
     if (extension == "glb" || extension == "gltf") {
       return nullptr;
@@ -48,19 +50,20 @@ const ZipEntry* model_of(const std::vector<ZipEntry>& entries, const core::Conve
 
 /// Returns names and contents of the model, first, and of what it may name.
 core::Result<std::vector<std::pair<std::string, core::Bytes>>> unpack(
-    SceneService::Upload& file, const std::vector<ZipEntry>& entries, const ZipEntry& model) {
-  std::vector<const ZipEntry*> needed = {&model};
-  for (const ZipEntry& entry : entries) {
+    SceneService::Upload& file, const std::vector<core::ZipEntry>& entries,
+    const core::ZipEntry& model) {
+  std::vector<const core::ZipEntry*> needed = {&model};
+  for (const core::ZipEntry& entry : entries) {
     if (&entry != &model && is_material(core::extension_of_name(entry.name))) {
       needed.push_back(&entry);
     }
   }
   std::vector<std::pair<std::string, core::Bytes>> unpacked;
-  for (const ZipEntry* const entry : needed) {
+  for (const core::ZipEntry* const entry : needed) {
     if (auto room = file.lease.grow(entry->bytes); !room) {
       return room.error();
     }
-    auto bytes = read_zip_entry(file.content, *entry);
+    auto bytes = core::read_zip_entry(file.content, *entry);
     if (!bytes) {
       return bytes.error();
     }
@@ -88,12 +91,12 @@ core::Result<bool> SceneService::convert(Upload& file, std::string_view extensio
            .content = std::as_bytes(std::span(side.content.data(), side.content.size()))});
     }
   } else if (content.starts_with("PK")) {
-    const auto entries = read_zip_directory(file.content, options_.zip);
+    const auto entries = core::read_zip_directory(file.content, options_.zip);
     if (!entries) {
       return false;  // add_zip() says why.
     }
-    const auto is_3mf = [](const ZipEntry& entry) { return entry.name == k3mfDocument; };
-    const ZipEntry* const model = model_of(*entries, converters);
+    const auto is_3mf = [](const core::ZipEntry& entry) { return entry.name == k3mfDocument; };
+    const core::ZipEntry* const model = model_of(*entries, converters);
     if (std::any_of(entries->begin(), entries->end(), is_3mf)) {
       format = "3mf";
       files.push_back({.name = "model.3mf", .content = file.content});

@@ -22,6 +22,7 @@
 #include "core/base/file_names.h"
 #include "core/base/mutex.h"
 #include "core/base/result.h"
+#include "core/base/zip_reader.h"
 #include "core/lights/environment.h"
 #include "core/scene/scene.h"
 #include "core/scene/scene_moment.h"
@@ -33,7 +34,6 @@
 #include "server/observe/memory_gate.h"
 #include "server/observe/turns.h"
 #include "server/scenes/single_flight_cache.h"
-#include "server/scenes/zip.h"
 #include "server/store/assets.h"
 #include "server/store/scene_table.h"
 #include "server/store/storage_quota.h"
@@ -47,7 +47,7 @@ struct SceneServiceOptions {
   std::uint64_t tree_cache_bytes = std::uint64_t{512} << 20U;
   int threads = 1;       ///< For acceleration structures.
   std::string isa = {};  ///< Instruction set for Embree; empty: not limited.
-  ZipLimits zip = {};
+  core::ZipLimits zip = {};
   core::Converters converters = {};
   std::chrono::seconds convert_time{60};
 };

@@ -215,16 +215,13 @@ core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
                                                                const SceneOrigin& origin) {
   core::FileNames names;
   core::FileNames last_parts;
-  const auto last_part = [](std::string_view name) {
-    return std::string(name.substr(name.find_last_of("/\\") + 1));
-  };
   for (const SideFile& side : sides) {
     names.add(side.name);
-    last_parts.add(last_part(side.name));
+    last_parts.add(std::string(core::last_part(side.name)));
   }
   const auto find = [&](std::string_view name) -> const SideFile* {
     auto at = names.find(name);
-    at = at ? at : last_parts.find(last_part(name));
+    at = at ? at : last_parts.find(core::last_part(name));
     return at ? &sides[*at] : nullptr;
   };
   const FindFile files = {
@@ -244,7 +241,7 @@ core::Result<SceneService::Added> SceneService::add_with_sides(Upload document,
 
 core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const SceneOrigin& origin) {
   const core::Bytes archive = std::move(upload.content);
-  const auto entries = read_zip_directory(archive, options_.zip);
+  const auto entries = core::read_zip_directory(archive, options_.zip);
   if (!entries) {
     return entries.error();
   }
@@ -253,15 +250,15 @@ core::Result<SceneService::Added> SceneService::add_zip(Upload upload, const Sce
     return main.error();
   }
   // Several names may refer to one entry, which is unpacked once.
-  std::map<const ZipEntry*, core::SharedBytes> unpacked;
-  const auto unpack = [&](const ZipEntry& entry,
+  std::map<const core::ZipEntry*, core::SharedBytes> unpacked;
+  const auto unpack = [&](const core::ZipEntry& entry,
                           MemoryGate::Lease& lease) -> core::Result<core::SharedBytes> {
     core::SharedBytes& content = unpacked[&entry];
     if (!content) {
       if (auto room = lease.grow(entry.bytes); !room) {
         return room.error();
       }
-      auto bytes = read_zip_entry(archive, entry);
+      auto bytes = core::read_zip_entry(archive, entry);
       if (!bytes) {
         return bytes.error();
       }

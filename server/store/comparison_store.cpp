@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <map>
@@ -13,6 +12,9 @@
 
 #include <fcntl.h>
 #include <zlib.h>
+
+#include "core/base/byte_order.h"
+#include "core/image_io/image_size.h"
 
 namespace server {
 
@@ -90,7 +92,6 @@ class StorageUse {
 /// Returns whether the file is a PNG whose chunks all match their checksums. Source: PNG, 3rd
 /// edition, 5.3: length, type, data, and the CRC-32 of type and data.
 bool is_whole_png(int fd, const std::string& path) {
-  constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
   std::vector<std::byte> piece(std::size_t{1} << 16U);
   std::uint64_t at = 0;
   const auto read = [&](std::size_t bytes) {
@@ -98,19 +99,11 @@ bool is_whole_png(int fd, const std::string& path) {
     at += bytes;
     return got && *got == bytes;
   };
-  const auto number = [&piece](std::size_t offset) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      value = value << 8U | std::to_integer<std::uint32_t>(piece[offset + i]);
-    }
-    return value;
-  };
   const auto sum = [&piece](std::uint32_t before, std::size_t offset, std::size_t bytes) {
     return static_cast<std::uint32_t>(
         ::crc32_z(before, reinterpret_cast<const Bytef*>(piece.data() + offset), bytes));
   };
-  if (!read(kSignature.size()) ||
-      std::memcmp(piece.data(), kSignature.data(), kSignature.size()) != 0) {
+  if (!read(8) || core::image_kind(std::span(piece).first(8)) != "png") {
     return false;
   }
   constexpr std::uint32_t kEnd = 0x49454E44;  // IEND
@@ -118,9 +111,9 @@ bool is_whole_png(int fd, const std::string& path) {
     if (!read(8)) {
       return false;
     }
-    type = number(4);
+    type = core::u32_big(piece, 4);
     std::uint32_t crc = sum(0, 4, 4);
-    for (std::size_t left = number(0); left > 0;) {
+    for (std::size_t left = core::u32_big(piece, 0); left > 0;) {
       const std::size_t bytes = std::min(left, piece.size());
       if (!read(bytes)) {
         return false;
@@ -128,7 +121,7 @@ bool is_whole_png(int fd, const std::string& path) {
       crc = sum(crc, 0, bytes);
       left -= bytes;
     }
-    if (!read(4) || number(0) != crc) {
+    if (!read(4) || core::u32_big(piece, 0) != crc) {
       return false;
     }
   }

@@ -9,6 +9,7 @@
 #include <sqlite3.h>
 #include <sys/stat.h>
 
+#include "core/base/byte_order.h"
 #include "server/store/files.h"
 #include "server/store/schema.h"
 
@@ -75,15 +76,8 @@ Status check_not_cut(const std::string& path) {
   if (*bytes == 0) {
     return core::ok_status();
   }
-  const auto number = [&head](std::size_t offset, std::size_t size) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      value = value << 8U | std::to_integer<std::uint64_t>(head[offset + i]);
-    }
-    return value;
-  };
-  const std::uint64_t page_bytes = number(16, 2) == 1 ? 65536 : number(16, 2);
-  if (*got < head.size() || *bytes < number(28, 4) * page_bytes) {
+  const std::uint64_t page_bytes = core::u16_big(head, 16) == 1 ? 65536 : core::u16_big(head, 16);
+  if (*got < head.size() || *bytes < core::u32_big(head, 28) * page_bytes) {
     return sqlite_error(SQLITE_CORRUPT, "the file is cut short", path);
   }
   return core::ok_status();

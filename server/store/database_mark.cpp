@@ -9,6 +9,7 @@
 
 #include <fcntl.h>
 
+#include "core/base/byte_order.h"
 #include "core/base/sha256.h"
 #include "server/store/files.h"
 
@@ -20,11 +21,7 @@ constexpr std::size_t kMarkBytes = 128;
 constexpr std::size_t kPageHeadBytes = 24;
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset, bool is_big = true) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    value = value << 8U | std::to_integer<std::uint32_t>(bytes[offset + (is_big ? i : 3 - i)]);
-  }
-  return value;
+  return is_big ? core::u32_big(bytes, offset) : core::u32_little(bytes, offset);
 }
 
 /// The running checksum of a log.

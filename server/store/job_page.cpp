@@ -1,15 +1,11 @@
 #include "server/store/job_page.h"
 
-#include <algorithm>
+#include "core/base/text.h"
 
 namespace server {
 
 std::string job_title(std::string_view name, std::string_view scene) {
-  std::string title(name.empty() ? scene : name);
-  std::transform(title.begin(), title.end(), title.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return title;
+  return core::in_lower_case(name.empty() ? scene : name);
 }
 
 std::string job_page_sql(const JobQuery& query, std::string_view columns) {

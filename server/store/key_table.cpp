@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/base/sha256.h"
+#include "core/base/text.h"
 
 namespace server {
 
@@ -16,13 +17,7 @@ std::string random_hex(std::size_t bytes) {
   std::array<unsigned char, 32> random{};
   CHECK(bytes <= random.size());
   CHECK(RAND_bytes(random.data(), static_cast<int>(bytes)) == 1);
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : std::span(random).first(bytes)) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 15U];
-  }
-  return text;
+  return core::hex(std::span(random).first(bytes));
 }
 
 std::string scopes_text(const KeyRow& row) {
@@ -52,16 +47,6 @@ bool read_scopes(std::string_view text, KeyRow& row) {
     text.remove_prefix(std::min(scope.size() + 1, text.size()));
   }
   return row.may_read || row.may_write || row.may_work;
-}
-
-bool is_tenant_name(std::string_view text) {
-  constexpr std::size_t kCharactersMax = 64;
-  constexpr std::string_view kOthers = "._-";
-  return !text.empty() && text.size() <= kCharactersMax &&
-         std::all_of(text.begin(), text.end(), [&](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  kOthers.find(c) != std::string_view::npos;
-         });
 }
 
 std::string secret_hash(std::string_view secret) {

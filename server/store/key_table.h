@@ -34,8 +34,6 @@ struct KeyRow {
 std::string scopes_text(const KeyRow& row);
 /// Reads such a text. Returns false if it is invalid.
 bool read_scopes(std::string_view text, KeyRow& row);
-/// Returns whether the name has 1 to 64 letters, digits, `.`, `_` and `-`.
-bool is_tenant_name(std::string_view text);
 
 /// A new key of its own tenant: the row of the table, and the text that is given to its owner once.
 struct MadeKey {

@@ -2,11 +2,11 @@
 
 #include <array>
 #include <cstddef>
-#include <string_view>
 
 #include <openssl/rand.h>
 
 #include "core/base/check.h"
+#include "core/base/text.h"
 
 namespace server {
 
@@ -15,14 +15,9 @@ std::string make_uuid() {
   CHECK(RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) == 1);
   bytes[6] = static_cast<unsigned char>((bytes[6] & 0x0fU) | 0x40U);
   bytes[8] = static_cast<unsigned char>((bytes[8] & 0x3fU) | 0x80U);
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    if (i == 4 || i == 6 || i == 8 || i == 10) {
-      text += '-';
-    }
-    text += kDigits[bytes[i] >> 4U];
-    text += kDigits[bytes[i] & 15U];
+  std::string text = core::hex(bytes);
+  for (const std::size_t dash : {8U, 13U, 18U, 23U}) {
+    text.insert(dash, 1, '-');
   }
   return text;
 }

@@ -7,9 +7,13 @@ was not built, since libassimp is not a build dependency.
 
 import io
 import json
+import os
 import random
+import re
+import resource
 import stat
 import struct
+import subprocess
 import tempfile
 import time
 import unittest
@@ -73,7 +77,8 @@ def coloured_ply():
                lambda _: " 188 55 0")
 
 
-def threemf(unit="inch", colour="#BC3700", transform="1 0 0 0 1 0 0 0 1 0 0 0"):
+def threemf(unit="inch", colour="#BC3700", transform="1 0 0 0 1 0 0 0 1 0 0 0",
+            path="3D/3dmodel.model", change=lambda model: model.encode()):
     vertices = "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*c) for c in CORNERS)
     triangles = "".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*t) for t in TRIANGLES)
     model = (f'<?xml version="1.0" encoding="UTF-8"?><model unit="{unit}" xml:lang="en-US" '
@@ -91,9 +96,9 @@ def threemf(unit="inch", colour="#BC3700", transform="1 0 0 0 1 0 0 0 1 0 0 0"):
                          '3dmanufacturing-3dmodel+xml"/></Types>')
         archive.writestr("_rels/.rels", '<?xml version="1.0"?><Relationships xmlns="http://schemas.'
                          'openxmlformats.org/package/2006/relationships"><Relationship Target='
-                         '"/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/'
+                         f'"/{path}" Id="rel0" Type="http://schemas.microsoft.com/'
                          '3dmanufacturing/2013/01/3dmodel"/></Relationships>')
-        archive.writestr("3D/3dmodel.model", model)
+        archive.writestr(path, change(model))
     return out.getvalue()
 
 
@@ -110,6 +115,7 @@ FILES = {"binary.stl": (stl_binary(), z_up(0.001), "millimetres"),
          "box.3mf": (threemf(), z_up(0.0254), "inch")}
 
 
+MARK = b"\xef\xbb\xbf"  # of UTF-8
 TRIANGLE_OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 # Text that other programs read: name, content, triangles, words of a note.
 MENDED = (
@@ -117,11 +123,29 @@ MENDED = (
     ("indented.obj", b" v 0 0 0\n\tv 1 0 0 # x\n v 0 1 0\n  f 1 2 3\n", 1, ""),
     ("continued.obj", TRIANGLE_OBJ + b"f 1 2 \\\n 3\n", 1, ""),
     ("short.obj", TRIANGLE_OBJ + b"f 1 2\nf 1\nf 1 2 3\n", 1, "three corners are left out: 2"),
+    ("mark.obj", MARK + TRIANGLE_OBJ + b"f 2 3 4\n", 1, ""),
+    ("wide.obj", (TRIANGLE_OBJ + b"f 1 2 3\n").decode().encode("utf-16"), 1, ""),
+    ("mac.obj", (TRIANGLE_OBJ + b"f 1 2 3\nf 1 2 4\n").replace(b"\n", b"\r"), 2, ""),
+    ("path.obj", b"# C:\\parts\\\n" + TRIANGLE_OBJ + b"f 1 2 4\n", 1, ""),
+    ("zeros.obj", TRIANGLE_OBJ + b"f 01 +2 003\n", 1, ""),
+    ("five.obj", b"v 0 0 0 1 1\nv 1 0 0\nv 0 1 0\nvt .5\nvn nan 0 1\nf 1/1/1 2/1/1 3/1/1\n", 1, ""),
+    ("lines.obj", TRIANGLE_OBJ + b"p 1\nl 1 2\nf 1 2 3\n", 1, "Lines and points are left out: 2"),
+    ("surface.obj", TRIANGLE_OBJ + b"cstype bezier\ndeg 3\nsurf 0 1 0 1 1 2 3 4\nend\nf 1 2 3\n", 1,
+     "Curves and free-form surfaces are left out: 1"),
+    ("far.obj", TRIANGLE_OBJ + b"vt 0 0\nf 1/1 2/1 3/9\n", 1, "texture coordinates up to 9 of 1"),
     ("BOX.OBJ", obj(), 12, "metres"),
     ("BOX.STL", stl_text(), 12, "millimetres"),
     ("BOX.PLY", ply(), 12, "metres"),
     ("upper.stl", stl_text().upper(), 12, ""),
+    ("wide.stl", stl_text().decode().encode("utf-16"), 12, ""),
+    ("longer.stl", stl_binary() + b"\xff" * 60, 12, ""),
+    ("solid.stl", b"solid" + stl_binary()[5:] + b"\n", 12, ""),
+    ("cut.stl", stl_text()[:-12], 12, "does not end in endsolid"),
+    ("mark.ply", MARK + ply(), 12, ""),
+    ("more.ply", ply().replace(b"\n3 0 2 3\n", b"\n\n3 0 2 3 255 0 0\n"), 12, ""),
+    ("edge.ply", ply().replace(b"\n3 0 2 3\n", b"\n2 0 2\n"), 11, "three corners are left out: 1"),
     ("blank.stl", b"\n\n" + stl_text().replace(b"\n", b"\n  \n"), 12, ""),
+    ("windows.3mf", threemf().replace(b"3D/3d", b"3D\\3d"), 12, "inch"),
 )
 BINARY_PLY = (
     b"ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
@@ -133,6 +157,18 @@ NAN = struct.pack("<f", float("nan"))
 REFUSED = (
     ("nan.obj", b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: nan is not a finite number"),
     ("inf.obj", b"\n v 0 0 -Inf\nf 1 1 1\n", "line 2: -Inf is not a finite number"),
+    ("old.obj", TRIANGLE_OBJ + b"v 1.#QNAN 0 0\nf 1 2 3\n", "line 5: 1.#QNAN is not a finite"),
+    ("flat.obj", b"\nv 0 0\n" + TRIANGLE_OBJ + b"f 1 2 3\n", "line 2: v has 2 of 3 numbers"),
+    ("word.obj", TRIANGLE_OBJ + b"v 0 one 0\nf 1 2 3\n", "line 5: one is not a number"),
+    ("far.obj", TRIANGLE_OBJ + b"f 1 2 3\nf 1 2 9\n", "line 6: there is no vertex 9, only 4"),
+    ("back.obj", TRIANGLE_OBJ + b"f -1 -2 -5\n", "line 5: -5 is not a corner"),
+    ("zero.obj", TRIANGLE_OBJ + b"f 0 1 2\n", "line 5: 0 is not a corner"),
+    ("page.obj", b"<html>Not found</html>", "it has no vertex"),
+    ("cut.stl", stl_binary()[:-1], "it ends in triangle 12 of the 12 of a binary STL"),
+    ("cut.stl", b"solid" + stl_binary()[5:-1], "it ends in triangle 12 of the 12"),
+    ("cut.stl", stl_text()[:150], "vertex has not three numbers"),
+    ("word.stl", stl_text().replace(b"2 0 0", b"two 0 0", 1), "line 13: two is not a number"),
+    ("none.stl", bytes(84), "it has no triangles"),
     ("nan.stl", stl_text().replace(b"2 0 0", b"NaN 0 0", 1), "line 13: NaN is not a finite number"),
     ("nan.stl", stl_binary()[:146] + NAN + stl_binary()[150:],
      "triangle 2: a coordinate is not a finite number"),
@@ -144,10 +180,33 @@ REFUSED = (
     ("cut.ply", BINARY_PLY[:-156 - 1], "the file ends in row 8 of the 8 of element vertex"),
     ("cut.ply", BINARY_PLY[:-1], "the file ends in row 12 of the 12 of element face"),
     ("cut.ply", ply()[:-10], "the file ends in row 11 of the 12 of element face"),
+    ("float.ply", ply().replace(b"list uchar", b"list float"), "has a float for the number"),
+    ("axes.ply", ply().replace(b"float x", b"float a"), "its vertices have no x, y and z"),
+    ("far.ply", ply()[:-2] + b"8\n", "line 29: a face names vertex 8, counted from 0, of 8"),
+    ("far.ply", BINARY_PLY[:-4] + b"\xff\xff\xff\xff",
+     "row 12 of the 12 of element face: a face names vertex -1"),
+    ("short.ply", ply().replace(b"\n3 0 2 3\n", b"\n3 0 2\n"), "line 18: a face has fewer corners"),
+    ("none.ply", ply().replace(b"\n3 0 2 3\n", b"\n0\n"), "line 18: a face has no corners"),
+    ("word.ply", ply().replace(b"\n2 0 0\n", b"\n2 zero 0\n"), "line 11: its values are not"),
+    ("head.ply", ply().replace(b"list uchar int", b"list uchar"),
+     "line 8 of its header is not understood: property list uchar vertex_indices"),
+    ("head.ply", ply().replace(b"end_header", b"end_header0"), "line 9 of its header"),
+    ("strip.ply", ply().replace(b"element face", b"element tristrips"), "tristrips"),
+    ("bare.ply", ply().replace(b"element face", b"element name 9999999999\nelement face"),
+     "element name has no properties"),
     ("lines.obj", TRIANGLE_OBJ + b"f 1 2\n", "it has no triangles"),
+    ("hidden.3mf", threemf(transform="1 0", path="3D/box.xml"), 'the transform "1 0" is not'),
+    ("wide.3mf", threemf(change=lambda m: m.replace("UTF-8", "UTF-16").encode("utf-16")),
+     "its model is not in UTF-8"),
+    ("parts.3mf", threemf(change=lambda m: m.replace("<item", '<item p:path="/a"').encode()),
+     "3MF Production Extension"),
+    ("none.3mf", threemf(change=lambda m: b"no XML", path="a.txt"), "it has no 3D model"),
+    ("text.3mf", b"hello", "zip archive: too short"),
     ("five.3mf", threemf(transform="1 0 0 0 1"), 'the transform "1 0 0 0 1" is not 12 numbers'),
     ("none.3mf", threemf(transform=""), 'the transform "" is not 12 numbers'),
     ("word.3mf", threemf(transform="1 0 0 0 1 0 0 0 x 0 0 0"), "is not 12 numbers"),
+    ("cut.3mf", threemf()[:-1], "the file is cut short"),
+    ("moved.3mf", b"PK" + threemf(), "the central directory is cut short"),
 )
 
 
@@ -297,6 +356,145 @@ class Convert(ApiTest):
                 self.assertEqual(sum(counts), 3 * triangles)
                 self.assertIn(words, said)
 
+    def test_materials_are_read_as_other_programs_write_them(self):
+        wood = {"wood.png": png_image(2, 2, (10, 20, 30))}
+        lines = b"newmtl red\nKd 0.25 0.5 0.75\nmap_Kd wood.png\n"
+        for mtl in (MARK + lines, lines.decode().encode("utf-16"), lines.replace(b"\n", b"\r"),
+                    lines.replace(b"\n", b"\r\n"), b"\t" + lines.replace(b"\n", b"\n\t"),
+                    lines.replace(b" ", b"\t"), lines.lower(), b"Kd 1 0 0\n" + lines,
+                    lines.replace(b"wood.png", b'"wood.png"'),
+                    lines.replace(b"map_Kd", b"map_Kd -s 2 2 -clamp on"),
+                    lines.replace(b"Kd 0", b"Kd spectral a.rfl\nKd 0").replace(b"75", b"75 # x")):
+            with self.subTest(mtl=mtl):
+                done = self.helped("obj", {"box.obj": obj(), "box.mtl": mtl, **wood})
+                red = next(m for m in document_of(done.stdout)["materials"] if m["name"] == "red")
+                base = red["pbrMetallicRoughness"]
+                self.assertEqual(base["baseColorFactor"], [0.25, 0.5, 0.75, 1])
+                self.assertIn("index", base["baseColorTexture"])
+                self.assertEqual(b"left out" in done.stderr, b"-s" in mtl or b"spectral" in mtl)
+
+    def test_a_colour_may_have_one_number_and_a_texture_none(self):
+        wood = {"wood.png": png_image(2, 2, (10, 20, 30))}
+        one, _ = self.material_of(b"Kd 0.5\n")
+        self.assertEqual(one["pbrMetallicRoughness"]["baseColorFactor"], [0.5, 0.5, 0.5, 1])
+        shown, _ = self.material_of(b"map_Kd wood.png\n", **wood)  # with Kd 0 0 0
+        self.assertEqual(shown["pbrMetallicRoughness"]["baseColorFactor"], [1, 1, 1, 1])
+        _, said = self.material_of(b"Ns nan\nKe 1e39 0 0\nd -halo 0.5\n")
+        self.assertIn("MTL: Ke 1e39, Ns nan, d -halo left out.", said)
+
+    def test_vertices_with_colours_keep_their_material(self):
+        coloured = b"v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\n"
+        plain = b"v 0 0 1\nv 1 0 1\nv 0 1 1\n"
+        mtl = MTL + b"newmtl plain\nKd 0 0.25 0\n"
+        wood = png_image(2, 2, (10, 20, 30))
+        for points, has, has_not in ((coloured + plain, b"1/1 2/1 3/1", b"4/1 5/1 6/1"),
+                                     (plain + coloured, b"4/1 5/1 6/1", b"1/1 2/1 3/1")):
+            content = (b"mtllib box.mtl\n" + points + b"vt 0 0\nusemtl red\nf " + has
+                       + b"\nusemtl picture\nf " + has + b"\nusemtl plain\nf " + has_not + b"\n")
+            data, _ = self.converted("box.obj", content, **{"box.mtl": mtl, "wood.png": wood})
+            document = document_of(data)
+            seen = {}
+            for primitive in (p for m in document["meshes"] for p in m["primitives"]):
+                material = document["materials"][primitive["material"]]
+                seen[material["name"]] = ("COLOR_0" in primitive["attributes"],
+                                          material["pbrMetallicRoughness"]["baseColorFactor"])
+            self.assertEqual(seen["red"], (True, [1, 1, 1, 0.5]))
+            self.assertEqual(seen["picture"], (False, [1, 1, 1, 1]))
+            self.assertEqual(seen["plain"], (False, [0, 0.25, 0, 1]))
+
+    def test_colours_of_vertices_may_be_bytes(self):
+        points = b"v 0 0 0 188 55 0\nv 1 0 0 188 55 0\nv 0 1 0 188 55 0\nf 1 2 3\n"
+        bright = points.replace(b"188 55 0", b"1.01 0 0.5")
+        for content, expected in ((points, (188, 55, 0)), (bright, (255, 0, 127.5))):
+            data, said = self.converted("box.obj", content)
+            self.assertEqual("taken as parts of 255" in said, content == points)
+            attributes = document_of(data)["meshes"][0]["primitives"][0]["attributes"]
+            for seen, byte in zip(floats_of(data, attributes["COLOR_0"]), expected):
+                self.assertAlmostEqual(seen, linear(byte), places=5)
+
+    def test_names_may_be_in_any_encoding(self):
+        name = os.fsdecode(b"m\xf6bel.png")
+        mtl = b"newmtl m\xf6bel\nKd 1 1 1\nmap_Kd m\xf6bel.png\n"
+        content = obj().replace(b"usemtl red", b"usemtl m\xf6bel")
+        for beside in ({}, {name: png_image(2, 2, (9, 9, 9))}):
+            data, _ = self.converted("box.obj", content, **{"box.mtl": mtl, **beside})
+            self.assertEqual(len(document_of(data).get("images", [])), len(beside))
+            (self.folder / name).unlink(missing_ok=True)
+        picture = self.folder / os.fsdecode(b"m\xf6bel.png")
+        done = subprocess.run([BINARY, "render", self.folder / "box.obj", "-o", picture, "--size",
+                               "8x8", "--spp", "1", "--json"], capture_output=True, timeout=60,
+                              check=False)
+        self.assertEqual(done.returncode, 0, done)
+        told = json.loads(done.stdout)
+        self.assertIn("m\ufffdbel.png is missing", " ".join(told["warnings"]))
+        self.assertIn("m\ufffdbel.png", told["output"])
+
+    def helped(self, extension, files, **options):
+        """Returns the helper's process, which has got the files as convert.cpp sends them."""
+        sent = b"".join(struct.pack("<QQ", len(name), len(content)) + name.encode() + content
+                        for name, content in files.items())
+        return subprocess.run([HELPER, extension], input=sent, capture_output=True, timeout=60,
+                              check=False, **options)
+
+    def test_textures_with_one_name_are_told_apart_by_their_folders(self):
+        mtl = b"newmtl red\nmap_Kd a/wood.png\nnewmtl picture\nmap_Kd b\\wood.png\n"
+        pictures = [png_image(2, 2, rgb) for rgb in ((200, 0, 0), (0, 200, 0))]
+        done = self.helped("obj", {"x/box.obj": obj(), "x/box.mtl": mtl,
+                                   "x/b/wood.png": pictures[1], "x/a/wood.png": pictures[0]})
+        self.assertEqual(done.returncode, 0, done)
+        document = document_of(done.stdout)
+        begin = 28 + struct.unpack("<I", done.stdout[12:16])[0]
+        for name, picture in zip(("red", "picture"), pictures):
+            material = next(m for m in document["materials"] if m["name"] == name)
+            index = material["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+            image = document["images"][document["textures"][index]["source"]]
+            view = document["bufferViews"][image["bufferView"]]
+            start = begin + view.get("byteOffset", 0)
+            self.assertEqual(done.stdout[start:start + view["byteLength"]], picture)
+
+    def test_colours_of_an_stl(self):
+        red, blue = 31, 31 << 10  # of Materialise; VisCAM and SolidView have them the other way
+        head_of_red = b"COLOR=\xff\0\0\xff".ljust(80, b"\0")
+        for head, bits, expected in (
+                (bytes(80), [0x8000 | blue] * 11 + [0x8000 | red], [(1, 0, 0), (0, 0, 1)]),
+                (head_of_red, [0x8000] * 11 + [blue], [(1, 0, 0), (0, 0, 1)]),
+                (head_of_red, [0] * 12, [(1, 0, 0)])):
+            content = bytearray(head + stl_binary()[80:])
+            for i, value in enumerate(bits):
+                content[84 + 50 * i + 48:84 + 50 * i + 50] = struct.pack("<H", value)
+            data, _ = self.converted("box.stl", bytes(content))
+            attributes = document_of(data)["meshes"][0]["primitives"][0]["attributes"]
+            colours = floats_of(data, attributes["COLOR_0"])
+            seen = {colours[i:i + 3] for i in range(0, len(colours), 4)}
+            self.assertEqual(seen, set(expected))
+
+    def test_colours_of_a_3mf(self):
+        def base(**options):
+            data, said = self.converted("box.3mf", threemf(**options))
+            material = document_of(data)["materials"][0]["pbrMetallicRoughness"]
+            return material["baseColorFactor"], said
+        self.assertAlmostEqual(base(colour="#00FF0080")[0][3], 128 / 255, places=6)
+        self.assertEqual(base(colour="#00FF00")[0], [0, 1, 0, 1])
+        none, _ = base(change=lambda m: re.sub("<basem.*</basematerials>| pid=.1. pindex=.0.", "",
+                                               m).encode())
+        self.assertEqual(none, [0.8, 0.8, 0.8, 1])
+        _, said = base(change=lambda m: m.replace('v1="0"', 'pid="1" p1="0" v1="0"').encode())
+        self.assertIn("those of its triangles are left out", said)
+        for change in (lambda m: m.replace("unit=", "unit = ").encode(),
+                       lambda m: m.replace("unit=", 'my-unit="foot" unit=').encode()):
+            self.assertIn("3MF: inch", base(change=change)[1])
+        self.assertIn("3MF: inch", base(path="3D/box.model")[1])
+
+    def test_a_lack_of_memory_is_told_as_such(self):
+        rows = 8_000_000
+        content = (b"ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % rows
+                   + b"".join(b"property uchar %s\n" % c for c in (b"x", b"y", b"z"))
+                   + b"end_header\n" + bytes(3 * rows))
+        limit = 96 << 20
+        done = self.helped("ply", {"model.ply": content}, preexec_fn=lambda: resource.setrlimit(
+            resource.RLIMIT_AS, (limit, limit)))
+        self.assertEqual((done.returncode, done.stderr), (3, b""))
+
     def test_an_obj_may_name_several_libraries_at_once(self):
         both = TRIANGLE_OBJ + b"mtllib a.mtl b.mtl\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\n"
         libraries = {"a.mtl": b"newmtl red\nKd 1 0 0\n", "b.mtl": b"newmtl blue\nKd 0 0 1\n"}
@@ -322,6 +520,16 @@ class Convert(ApiTest):
                 self.assertEqual(answer.status, 422, answer)
                 self.assertIn(why, answer.json()["detail"])
 
+    def test_libraries_are_found_by_any_way_of_writing_their_name(self):
+        for name in ("a.mtl # of Kd", '"a.mtl"', "./x/a.mtl b/b.mtl", "A.MTL", '"my a.mtl"'):
+            library = "my a.mtl" if "my" in name else "a.mtl"
+            done = self.helped("obj", {"box.obj": obj(name), library: MTL, "b.mtl": b""})
+            self.assertNotIn(b"mtl", done.stderr, name)
+            names = [m["name"] for m in document_of(done.stdout)["materials"]]
+            self.assertEqual(names, ["red", "picture"])
+            kd = document_of(done.stdout)["materials"][0]["pbrMetallicRoughness"]
+            self.assertAlmostEqual(kd["baseColorFactor"][1], 0.1, places=6)
+
     def test_numbers_may_begin_with_a_dot(self):
         corners = b"v 0 0 0\nv 1 .5 0\nv 0 1 -.5\nv 5 5 5\nvt .5 .5\nf 1/1 2/1 3/1\n"
         data, _ = self.converted("flat.obj", corners)
@@ -332,10 +540,15 @@ class Convert(ApiTest):
 
     def test_textures_are_found_by_any_way_of_writing_their_name(self):
         wood = png_image(2, 2, (10, 20, 30))
-        for wanted, name in ((b"WOOD.PNG", "wood.png"), (b"C:\\maps\\wood.png", "wood.png"),
-                             (b"my wood.png", "my wood.png"), (b"-bm 1 wood.png", "wood.png")):
+        for wanted, name, change in (
+                (b"WOOD.PNG", "wood.png", bytes), (b"C:\\maps\\wood.png", "wood.png", bytes),
+                (b"my wood.png", "my wood.png", bytes), (b"-bm 1 wood.png", "wood.png", bytes),
+                (b'"my wood.png"', "my wood.png", bytes),
+                (b"a.png", "a.png", lambda mtl: mtl.decode().encode("utf-16")),
+                (b"b.png", "b.png", lambda mtl: mtl.replace(b"\n", b"\r")),
+                (b"c.png", "c.png", lambda mtl: mtl.replace(b" ", b"\t"))):
             with self.subTest(wanted=wanted):
-                mtl = b"newmtl red\nKd 1 1 1\nmap_Kd " + wanted + b"\n"
+                mtl = change(b"newmtl red\nKd 1 1 1\nmap_Kd " + wanted + b"\n")
                 files = {"box.obj": obj(), "box.mtl": mtl, name: wood}
                 archive = io.BytesIO()
                 with zipfile.ZipFile(archive, "w") as packed:
@@ -350,6 +563,15 @@ class Convert(ApiTest):
                 code, _, said = tessera("convert", folder / "box.obj", "-o", folder / "box.glb")
                 self.assertEqual((code, "missing" in said), (0, False), said)
                 self.assertEqual(len(document_of((folder / "box.glb").read_bytes())["images"]), 1)
+
+    def test_textures_with_one_name_are_sent_with_their_folders(self):
+        pictures = {"red": png_image(2, 2, (200, 0, 0)), "picture": png_image(2, 2, (0, 200, 0))}
+        for name, picture in pictures.items():
+            (self.folder / name).mkdir()
+            (self.folder / name / "wood.png").write_bytes(picture)
+        mtl = b"newmtl red\nmap_Kd red/wood.png\nnewmtl picture\nmap_Kd picture\\wood.png\n"
+        data, _ = self.converted("box.obj", obj(), **{"box.mtl": mtl})
+        self.assertEqual(len(document_of(data)["images"]), 2)
 
     def test_warnings_are_those_of_the_upload(self):
         for name in ("first.png", "second.png"):

@@ -121,6 +121,18 @@ class Uploads(ServerTest):
             (folder / name).write_bytes(b"")
         path.write_bytes(b"mtllib a.mtl b.mtl\n")
         self.assertEqual(list(_upload.obj_files(path)), ["box.obj", "b.mtl", "a.mtl"])
+        quoted = b'newmtl a\nmap_Kd "of another.png"\n'
+        for text in (quoted, quoted.decode().encode("utf-16"), quoted.replace(b"\n", b"\r")):
+            (folder / "a.mtl").write_bytes(text)
+            path.write_bytes(b"\xef\xbb\xbfmtllib a.mtl\n")
+            self.assertEqual(list(_upload.obj_files(path)), ["box.obj", "a.mtl", "of another.png"])
+        for name in ("a", "b"):
+            (folder / name).mkdir()
+            (folder / name / "same.png").write_bytes(name.encode())
+        (folder / "a.mtl").write_bytes(b"map_Kd a/same.png\nmap_Ke b\\same.png\nnorm ./a/same.png")
+        self.assertEqual(
+            list(_upload.obj_files(path)), ["box.obj", "a.mtl", "same.png", "b/same.png"]
+        )
         path.write_bytes(b"v 0 0 0\n")
         self.assertEqual(_upload.single_file_call(path, ".obj").content, path)
 

@@ -1,4 +1,4 @@
-// Light sampler `measured`: the pilots' choice is that of images, and the job's settings name it.
+// Light sampler and splitting `measured`: the pilots' choice is that of images.
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -80,6 +80,34 @@ TEST(ChooseLightSampler, RendersNoPilotsOfDistantLights) {
   ASSERT_TRUE(choice);
   EXPECT_EQ(choice->type, LightSamplerType::kTree);
   EXPECT_TRUE(choice->pilots.empty());
+}
+
+core::View measured_view(const char* scene) {
+  core::View view = view_of(scene, LightSamplerType::kTree);
+  view.measured.emplace();
+  return view;
+}
+
+// Light on glossy plates is noise of the continuations; a furnace has no noise.
+TEST(ChooseSplitCount, SplitsWhereContinuationsAreTheNoise) {
+  EXPECT_GE(*core::choose_split_count(measured_view("veach-mis")), 4);
+  EXPECT_EQ(*core::choose_split_count(measured_view("furnace")), 1);
+}
+
+// Cameras with an open aperture: the noise is that of the camera's rays, which splitting leaves.
+TEST(ChooseSplitCount, SplitsLessWhereTheLensIsTheNoise) {
+  core::View view = measured_view("veach-mis");
+  view.camera.aperture_radius_m = 2.0F;
+  view.camera.focus_distance_m = 1.0F;
+  EXPECT_LT(*core::choose_split_count(view), *core::choose_split_count(measured_view("veach-mis")));
+}
+
+TEST(ChooseSplitCount, DependsOnNeitherCropNorSeed) {
+  const core::View whole = measured_view("still-life");
+  core::View part = whole;
+  part.settings.film.crop = core::PixelRect{3, 5, 8, 8};
+  part.settings.seed = 5;
+  EXPECT_EQ(*core::choose_split_count(whole), *core::choose_split_count(part));
 }
 
 TEST(ChooseLightSampler, CanBeStopped) {

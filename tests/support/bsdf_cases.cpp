@@ -71,6 +71,8 @@ void add_layered(std::vector<BsdfCase>& cases) {
     p.metallic = 1;
     p.base_color = {0.9F, 0.6F, 0.3F};
     add("FilmOverMetal" + tail, p, film, false);
+    p.metallic = 0.5F;
+    add("FilmOverHalfMetal" + tail, p, film, false);
     p = rough(r);
     p.transmission = 1;
     add("FilmOverThinGlass" + tail, p, film, false);

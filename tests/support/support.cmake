@@ -1,6 +1,7 @@
 #Helpers shared by the test programs.
 set(SUPPORT_SOURCES bsdf_cases.cpp differing_pixels.cpp errors.cpp scenes.cpp statistics.cpp
-  synthetic.cpp tasks.cpp)
+  synthetic.cpp tasks.cpp zip_files.cpp)
+set(SUPPORT_LIBRARIES ZLIB::ZLIB)
 
 # Of programs that load assets.
 if(TARGET core_scene_io AND TARGET core_image_io)

@@ -1,7 +1,6 @@
 #include "core/render/picture/split_pilot.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -14,12 +13,6 @@
 namespace core {
 namespace {
 
-constexpr int kPixelsForRays = 64;
-/// The fraction of variance due to the camera ray that well-distributed points leave in an image of
-/// 64 samples, relative to independent samples: with edges variance falls as n^(-3/2) instead of
-/// n^-1. Source: Mitchell, Consequences of Stratified Sampling in Graphics, 1996, on edges in two
-/// dimensions.
-constexpr double kSpread = 1.0 / 8;
 constexpr std::uint64_t kStream = 0x5b117;  ///< separates the pilot's random numbers from the
                                             ///< image's
 
@@ -35,7 +28,7 @@ struct PixelVariances {
 int best_split_count(const SplitCosts& costs) {
   int best = 1;
   double least = 0;
-  for (int n = 1; n <= kMeasuredSplitMax && costs.branch_rays > 0; ++n) {
+  for (int n = 1; n <= kMeasuredSplitMost && costs.branch_rays > 0; n *= 2) {
     const double work = (costs.prefix_variance + costs.branch_variance / n) *
                         (costs.prefix_rays + n * costs.branch_rays);
     if (n == 1 || work < least) {
@@ -133,27 +126,6 @@ std::optional<bool> pays_to_aim(const IntegratorInput& input, const std::stop_to
   const std::optional<SplitCosts> aimed = measure(true, {});
   const std::optional<SplitCosts> plain = aimed ? measure(false, aimed->means) : std::nullopt;
   return plain ? std::optional(work(*aimed) < work(*plain)) : std::nullopt;
-}
-
-std::optional<int> measured_split_count(const Camera& camera, const Integrator& plain,
-                                        const RenderSettings& settings,
-                                        const std::stop_token& stop) {
-  const auto few = measure_split(camera, plain, settings, kPixelsForRays, stop);
-  if (few && few->branch_rays >= few->prefix_rays) {
-    return 1;
-  }
-  const auto measured = measure_split(camera, plain, settings, kSplitPixels, stop);
-  if (!measured) {
-    return std::nullopt;
-  }
-  SplitCosts costs = *measured;
-  if (settings.sampler != SamplerType::kIndependent &&
-      settings.sampler != SamplerType::kAntithetic) {
-    costs.prefix_variance *= kSpread;
-  }
-  const double affordable = std::ceil(costs.prefix_rays / std::max(costs.branch_rays, 1e-3));
-  const double best = std::min<double>(best_split_count(costs), affordable);
-  return static_cast<int>(std::bit_floor(static_cast<unsigned>(best)));
 }
 
 }  // namespace core

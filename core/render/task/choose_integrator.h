@@ -66,6 +66,10 @@ Result<PilotChoice> choose_integrator(const View& view, bool has_error_target,
 /// of the light that arrives where the camera sees it. Pre: as above, of `path`. Errors: as above.
 Result<PilotChoice> choose_caustics(const View& view, const std::stop_token& stop = {});
 
+/// Chooses the number of continuations of a path at its first surface, from images with 1 and 2.
+/// Pre: view.measured but for the count. Errors: as above.
+Result<int> choose_split_count(const View& view, const std::stop_token& stop = {});
+
 struct LightChoice {
   LightSamplerType type = LightSamplerType::kTree;
   int candidates = 1;                ///< of ris

@@ -29,11 +29,11 @@ Status measure(View& view, const std::stop_token& stop) {
   }
   found.aims_in_media = input.aims_in_media = *aims;
   if (settings.estimator.splitting == SplittingType::kMeasured) {
-    settings.estimator.splitting = SplittingType::kNone;
-    const auto count =
-        measured_split_count(camera->first(), *make_integrator(input), settings, stop);
+    View plain = view;
+    plain.measured = found;
+    const auto count = choose_split_count(plain, stop);
     if (!count) {
-      return stopped();
+      return count.error();
     }
     found.split_count = *count;
   }
@@ -53,11 +53,11 @@ Result<std::string> settle(View& view, const StopRules& rules, const std::stop_t
   if (!chosen) {
     return chosen;
   }
-  if (const Status lights = settle_light_sampler(view, stop); !lights) {
-    return lights.error();
-  }
   if (const Status measured = measure(view, stop); !measured) {
     return measured.error();
+  }
+  if (const Status lights = settle_light_sampler(view, stop); !lights) {
+    return lights.error();
   }
   return chosen;
 }

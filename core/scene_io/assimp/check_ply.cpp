@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/scene_io/assimp/words.h"
 
 namespace core {
@@ -42,9 +43,11 @@ const Type* type_of(std::string_view name) {
 }
 
 struct Property {
+  std::string_view name;
   const Type* type = nullptr;
   const Type* count = nullptr;  ///< of a list
   bool is_coordinate = false;
+  bool is_corners = false;  ///< a list of vertices
 };
 
 struct Element {
@@ -58,93 +61,120 @@ struct Header {
   std::vector<Element> elements;
   std::string_view body;
   std::size_t lines = 0;
+
+  std::uint64_t vertices() const {
+    const auto found = std::find_if(elements.begin(), elements.end(),
+                                    [](const Element& each) { return each.name == "vertex"; });
+    return found == elements.end() ? 0 : found->count;
+  }
 };
 
-/// Returns empty for headers that are not understood, which libassimp refuses.
-std::optional<Header> header_of(std::string_view text) {
-  Header out;
-  Lines lines(text);
-  while (lines.next()) {
-    const auto words = words_of(lines.line());
-    const std::string_view keyword = words.empty() ? std::string_view() : words[0];
-    if (keyword == "end_header") {
-      out.body = lines.rest();
-      out.lines = lines.number();
-      return out;
+/// Adds a line of the header; false: it is not understood.
+bool add_line(const std::vector<std::string_view>& words, Header& to) {
+  const std::string_view keyword = words[0];
+  if (keyword == "format") {
+    to.format = words.size() > 1 ? words[1] : keyword;
+    return to.format == "ascii" || to.format == "binary_little_endian" ||
+           to.format == "binary_big_endian";
+  }
+  if (keyword == "element") {
+    Element& element = to.elements.emplace_back();
+    const std::string_view count = words.size() == 3 ? words[2] : std::string_view();
+    element.name = words.size() == 3 ? words[1] : std::string_view();
+    const char* const end = count.data() + count.size();
+    return !count.empty() && std::from_chars(count.data(), end, element.count).ptr == end;
+  }
+  if (keyword == "property") {
+    const bool is_list = words.size() == 5 && words[1] == "list";
+    if (to.elements.empty() || !(is_list || words.size() == 3)) {
+      return false;
     }
-    if (keyword == "format" && words.size() > 1) {
-      out.format = words[1];
-    } else if (keyword == "element" && words.size() == 3) {
-      Element& element = out.elements.emplace_back();
-      element.name = words[1];
-      const char* const end = words[2].data() + words[2].size();
-      if (std::from_chars(words[2].data(), end, element.count).ptr != end) {
-        return std::nullopt;
-      }
-    } else if (keyword == "property") {
-      const bool is_list = words.size() == 5 && words[1] == "list";
-      if (out.elements.empty() || !(is_list || words.size() == 3)) {
-        return std::nullopt;
-      }
-      const std::string_view name = words.back();
-      const Property property = {type_of(words[words.size() - 2]),
-                                 is_list ? type_of(words[2]) : nullptr,
-                                 !is_list && out.elements.back().name == "vertex" &&
-                                     (name == "x" || name == "y" || name == "z")};
-      if (property.type == nullptr || (is_list && property.count == nullptr)) {
-        return std::nullopt;
-      }
-      out.elements.back().properties.push_back(property);
+    Element& element = to.elements.back();
+    const std::string_view name = words.back();
+    const Property property = {
+        name, type_of(words[words.size() - 2]), is_list ? type_of(words[2]) : nullptr,
+        !is_list && element.name == "vertex" && (name == "x" || name == "y" || name == "z"),
+        is_list && element.name == "face" && (name == "vertex_index" || name == "vertex_indices")};
+    element.properties.push_back(property);
+    return property.type != nullptr && (!is_list || property.count != nullptr);
+  }
+  return keyword == "ply" || keyword == "comment" || keyword == "obj_info";
+}
+
+/// Returns an error text; empty: none. libassimp hangs or crashes on headers that it does not
+/// understand.
+std::string read_header(std::string_view text, Header& to) {
+  for (Lines lines(text); lines.next();) {
+    const auto words = words_of(lines.line());
+    if (lines.number() == 1 && (words.empty() || in_lower_case(words[0]) != "ply")) {
+      return "it does not begin with ply";
+    }
+    if (!words.empty() && words[0] == "end_header") {
+      to.body = lines.rest();
+      to.lines = lines.number();
+      return "";
+    }
+    const bool is_last = lines.rest().empty();  // and may be half a line
+    if (lines.number() > 1 && !words.empty() && !add_line(words, to) && !is_last) {
+      constexpr std::size_t kShown = 80;  // bytes
+      return "line " + std::to_string(lines.number()) +
+             " of its header is not understood: " + std::string(lines.line().substr(0, kShown));
     }
   }
-  return std::nullopt;
+  return "the file ends before its header does";
 }
 
 /// The values of a body, one after the other.
 class Values {
  public:
   explicit Values(const Header& header)
-      : rest_(header.body),
+      : lines_(header.body),
+        rest_(header.body),
         is_text_(header.format == "ascii"),
         is_swapped_((header.format == "binary_big_endian") ==
                     (std::endian::native == std::endian::little)),
         line_(header.lines) {}
 
-  /// Empty at the end of the file, and for words that are no numbers.
+  /// Goes to the next row, which in text is a line, as libassimp reads it; false at the end.
+  bool next_row() {
+    bool is_there = !is_text_;
+    while (!is_there && lines_.next()) {
+      row_ = trimmed(lines_.line());
+      is_there = !row_.empty();
+    }
+    is_at_end_ = !is_there;
+    return is_there;
+  }
+  /// Empty at the end of the file or row, and for words that are no numbers.
   std::optional<double> next(const Type& type) { return is_text_ ? next_word() : next_bytes(type); }
   bool is_text() const { return is_text_; }
   bool is_at_end() const { return is_at_end_; }
-  std::size_t line() const { return line_; }
+  std::size_t line() const { return line_ + lines_.number(); }
 
-  bool skip(const Type& type, std::uint64_t count) {
+  /// count: a whole number, at least 0.
+  bool skip(const Type& type, double count) {
     if (is_text_) {
-      for (; count > 0; --count) {
+      while (count-- > 0) {
         if (!next_word()) {
           return false;
         }
       }
       return true;
     }
-    is_at_end_ = count > rest_.size() / type.bytes;
-    rest_.remove_prefix(is_at_end_ ? rest_.size() : count * type.bytes);
+    is_at_end_ = count > static_cast<double>(rest_.size() / type.bytes);
+    if (!is_at_end_) {
+      rest_.remove_prefix(static_cast<std::size_t>(count) * type.bytes);
+    }
     return !is_at_end_;
   }
 
  private:
   std::optional<double> next_word() {
-    while (!rest_.empty() && std::isspace(static_cast<unsigned char>(rest_.front())) != 0) {
-      line_ += rest_.front() == '\n' ? 1U : 0U;
-      rest_.remove_prefix(1);
-    }
-    is_at_end_ = rest_.empty();
-    double value = 0;
-    rest_.remove_prefix(rest_.starts_with('+') ? 1 : 0);
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-    if (error == std::errc::invalid_argument) {
-      return std::nullopt;
-    }
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    return error == std::errc() ? value : std::numeric_limits<double>::infinity();
+    row_.remove_prefix(std::min(row_.find_first_not_of(kSpaces), row_.size()));
+    const std::string_view word = row_.substr(0, row_.find_first_of(kSpaces));
+    row_.remove_prefix(word.size());
+    is_at_end_ = word.empty() && lines_.rest().empty();
+    return number_in(word);
   }
 
   template <typename T>
@@ -179,56 +209,132 @@ class Values {
                              : as<std::uint32_t>(bytes);
   }
 
-  std::string_view rest_;
+  Lines lines_;            ///< of text
+  std::string_view row_;   ///< its rest
+  std::string_view rest_;  ///< of a binary body
   bool is_text_;
   bool is_swapped_;
   bool is_at_end_ = false;
-  std::size_t line_;
+  std::size_t line_;  ///< the last of the header
 };
 
-/// Reads one row; false: not as the header says. fault: why, if a coordinate is not finite.
-bool read_row(const Element& element, Values& values, std::string& fault) {
-  for (const Property& property : element.properties) {
-    const auto value = values.next(property.count != nullptr ? *property.count : *property.type);
-    if (!value) {
-      return false;
+/// What is found in faces.
+struct Faces {
+  std::uint64_t vertices = 0;  ///< of the file
+  std::size_t short_ones = 0;
+};
+
+/// Reads a list of vertices. Returns an error text; empty: none, or the file ends.
+std::string read_corners(const Property& property, double count, Values& values, Faces& faces) {
+  if (count == 0) {
+    return "a face has no corners";  // libassimp fails on some of these
+  }
+  faces.short_ones += count < 3 ? 1U : 0U;
+  for (; count > 0; --count) {
+    const auto index = values.next(*property.type);
+    if (!index) {
+      return values.is_at_end() ? "" : "a face has fewer corners than it says";
     }
-    if (property.count != nullptr &&
-        (!(*value >= 0) || !values.skip(*property.type, static_cast<std::uint64_t>(*value)))) {
-      return false;
-    }
-    if (property.is_coordinate && !std::isfinite(*value)) {
-      fault = "a coordinate is not a finite number";
-      return false;
+    if (!(*index >= 0 && *index < static_cast<double>(faces.vertices))) {
+      constexpr double kWhole = 1e15;  // Doubles hold whole numbers up to here.
+      return "a face names vertex " +
+             (std::abs(*index) < kWhole ? std::to_string(static_cast<std::int64_t>(*index))
+                                        : std::string("beyond")) +
+             ", counted from 0, of " + std::to_string(faces.vertices);
     }
   }
-  return true;
+  return "";
+}
+
+/// Reads one row. Returns an error text; empty: none, or the file ends.
+std::string read_row(const Element& element, Values& values, Faces& faces) {
+  if (!values.next_row()) {
+    return "";
+  }
+  for (const Property& property : element.properties) {
+    const bool is_list = property.count != nullptr;
+    const auto value = values.next(is_list ? *property.count : *property.type);
+    if (!value) {
+      return values.is_at_end() ? "" : "its values are not the numbers that the header names";
+    }
+    if (property.is_coordinate && !is_in_float(*value)) {
+      return "a coordinate is not a finite number";
+    }
+    if (is_list && !(*value >= 0)) {
+      return "a list has less than no values";
+    }
+    if (property.is_corners) {
+      std::string fault = read_corners(property, *value, values, faces);
+      if (!fault.empty() || values.is_at_end()) {
+        return fault;
+      }
+    } else if (is_list && !values.skip(*property.type, *value)) {
+      return values.is_at_end() ? "" : "a list has fewer values than it says";
+    }
+  }
+  return "";
+}
+
+/// Returns an error text for headers that libassimp takes for something else; empty: none.
+std::string check_header(const Header& header, std::vector<std::string>& notes) {
+  for (const Element& element : header.elements) {
+    const auto has = [&](std::string_view name) {
+      return std::any_of(element.properties.begin(), element.properties.end(),
+                         [&](const Property& property) { return property.name == name; });
+    };
+    const bool has_float_count = std::any_of(
+        element.properties.begin(), element.properties.end(), [](const Property& property) {
+          return property.count != nullptr && property.count->kind == Kind::kFloat;
+        });
+    if (has_float_count) {
+      return "a list of element " + element.name + " has a float for the number of its values";
+    }
+    if (element.properties.empty() && element.count > 0) {
+      return "element " + element.name + " has no properties";
+    }
+    if (element.name == "tristrips" && element.count > 0) {
+      return "its triangles are in strips (tristrips), which are not read";  // libassimp keeps one
+    }
+    if (element.name == "vertex" && !(has("x") && has("y") && has("z"))) {
+      return "its vertices have no x, y and z";
+    }
+    if (element.name == "face" && has("red")) {
+      notes.emplace_back("PLY: the colours of faces are left out.");
+    }
+    if (element.name == "face" && has("texcoord")) {
+      notes.emplace_back("PLY: of the texture coordinates of a vertex's corners one is taken.");
+    }
+  }
+  return "";
 }
 
 }  // namespace
 
-std::string check_ply(const Bytes& file) {
-  const auto header = header_of(text_of(file));
-  if (!header) {
-    return text_of(file).find("end_header") == std::string_view::npos
-               ? "the file ends before its header does"
-               : "";
+std::string check_ply(const Bytes& file, std::vector<std::string>& notes) {
+  Header header;
+  std::string fault = read_header(text_of(file), header);
+  fault = fault.empty() ? check_header(header, notes) : fault;
+  if (!fault.empty()) {
+    return fault;
   }
-  Values values(*header);
-  for (const Element& element : header->elements) {
-    for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row) {
-      std::string fault;
-      if (read_row(element, values, fault)) {
+  Values values(header);
+  Faces faces{header.vertices()};
+  for (const Element& element : header.elements) {
+    for (std::uint64_t row = 0; row < element.count; ++row) {
+      fault = read_row(element, values, faces);
+      if (fault.empty() && !values.is_at_end()) {
         continue;
       }
       const std::string of = std::to_string(row + 1) + " of the " + std::to_string(element.count) +
                              " of element " + element.name;
-      if (!fault.empty()) {
-        return (values.is_text() ? "line " + std::to_string(values.line() + 1) : "row " + of) +
-               ": " + fault;
-      }
-      return values.is_at_end() ? "the file ends in row " + of : "";
+      return fault.empty()      ? "the file ends in row " + of
+             : values.is_text() ? "line " + std::to_string(values.line()) + ": " + fault
+                                : "row " + of + ": " + fault;
     }
+  }
+  if (faces.short_ones > 0) {
+    notes.push_back("Faces of fewer than three corners are left out: " +
+                    std::to_string(faces.short_ones) + ".");
   }
   return "";
 }

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/scene_io/gltf_load.h"
 
 namespace core {
 
-/// Returns an error text for files that end before their elements do, and for coordinates that are
-/// not finite; empty: none. What else is wrong is left to libassimp.
-std::string check_ply(const Bytes& file);
+/// Returns an error text for headers that are not understood, for files that end before their
+/// elements do, for coordinates that are missing or not finite, and for faces without corners or
+/// with others than the file's vertices, and for strips; empty: none. Adds notes of what is left
+/// out.
+std::string check_ply(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

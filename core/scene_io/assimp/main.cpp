@@ -44,12 +44,12 @@ int convert(const std::string& extension) {
     return 1;
   }
   const core::ReadModel model = core::read_model(extension, std::move(files));
-  for (const std::string& note : model.notes) {
-    say(core::kNoteLine, note);
-  }
-  if (!model.fault.empty()) {
+  if (!model.fault.empty()) {  // before the notes: only so much is read
     say(core::kErrorLine, model.fault);
     return 1;
+  }
+  for (const std::string& note : model.notes) {
+    say(core::kNoteLine, note);
   }
   return std::fwrite(model.glb.data(), 1, model.glb.size(), stdout) == model.glb.size() &&
                  std::fflush(stdout) == 0

@@ -1,70 +1,18 @@
 #include "core/scene_io/assimp/read_3mf.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
-#include <zlib.h>
-
+#include "core/base/invalid.h"
+#include "core/base/text.h"
+#include "core/base/zip_reader.h"
 #include "core/scene_io/assimp/words.h"
 
 namespace core {
 namespace {
-
-/// A zip archive (APPNOTE.TXT 6.3.3, 4.3.7 and 4.3.12).
-class Archive {
- public:
-  explicit Archive(std::string_view zip) : zip_(zip) {}
-
-  /// Goes to the next entry; false at the end.
-  bool next() {
-    at_ = zip_.find("PK\x01\x02", at_ == 0 ? 0 : at_ + 4);
-    at_ = at_ == std::string_view::npos ? zip_.size() : at_;
-    return at_ < zip_.size();
-  }
-  std::string_view name() const {
-    return zip_.substr(std::min(at_ + 46, zip_.size()), number(at_ + 28, 2));
-  }
-  /// Returns at most `bytes_max` of the content, up to the first damage.
-  std::string content(std::size_t bytes_max) const {
-    const std::size_t local = number(at_ + 42, 4);
-    const std::size_t begin = local + 30 + number(local + 26, 2) + number(local + 28, 2);
-    const std::string_view packed = zip_.substr(std::min(begin, zip_.size()), number(at_ + 20, 4));
-    if (number(at_ + 10, 2) == 0) {  // stored
-      return std::string(packed.substr(0, bytes_max));
-    }
-    z_stream stream{};
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());
-    if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) {
-      return "";
-    }
-    std::string text;
-    for (int status = Z_OK; status == Z_OK && text.size() < bytes_max;) {
-      constexpr std::size_t kStep = 65536;
-      const std::size_t done = text.size();
-      text.resize(std::min(bytes_max, done + kStep));
-      stream.next_out = reinterpret_cast<Bytef*>(&text[done]);
-      stream.avail_out = static_cast<uInt>(text.size() - done);
-      status = inflate(&stream, Z_SYNC_FLUSH);
-      text.resize(text.size() - stream.avail_out);
-    }
-    inflateEnd(&stream);
-    return text;
-  }
-
- private:
-  std::size_t number(std::size_t at, std::size_t bytes) const {
-    std::size_t value = 0;
-    for (std::size_t i = bytes; i-- > 0;) {
-      value = value << 8U | (at + i < zip_.size() ? static_cast<unsigned char>(zip_[at + i]) : 0U);
-    }
-    return value;
-  }
-
-  std::string_view zip_;
-  std::size_t at_ = 0;
-};
 
 bool is_finite_number(std::string_view word) {
   const std::string text(word);
@@ -104,36 +52,97 @@ std::string check_transforms(std::string_view model) {
   return "";
 }
 
-}  // namespace
-
-std::string unit_of_3mf(const Bytes& file) {
-  constexpr std::size_t kHead = 65536;  // of a model, with its first element
-  std::string text;
-  for (Archive archive(text_of(file)); text.empty() && archive.next();) {
-    text = archive.name() == "3D/3dmodel.model" ? archive.content(kHead) : "";
-  }
-  const std::size_t model = text.find("<model");
-  const std::string head =
-      model == std::string::npos ? "" : text.substr(model, text.find('>', model) - model);
-  const std::size_t unit = head.find("unit=");
-  if (unit == std::string::npos || unit + 6 > head.size()) {
-    return "millimeter";  // the specification's default
-  }
-  const std::size_t end = head.find(head[unit + 5], unit + 6);
-  return end == std::string::npos ? "" : head.substr(unit + 6, end - unit - 6);
+/// Whether this is XML in UTF-16 or UTF-32: it begins with a byte order mark, or its first
+/// characters have bytes of 0. Source: Extensible Markup Language 1.0, appendix F.
+bool is_wide(std::string_view text) {
+  const std::string_view first = text.substr(0, 4);
+  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") ||
+         (first.find('\0') != std::string_view::npos && first.find('<') != std::string_view::npos);
 }
 
-std::string check_3mf(const Bytes& file) {
-  for (Archive archive(text_of(file)); archive.next();) {
-    if (!archive.name().ends_with(".model")) {
-      continue;
-    }
-    // Memory is limited by the process.
-    if (std::string fault = check_transforms(archive.content(std::string::npos)); !fault.empty()) {
-      return fault;
+/// Whether an entry is a model, by its name or its content: a package may give it any name.
+bool is_model(std::string_view name, std::string_view text) {
+  return in_lower_case(name).ends_with(".model") || is_wide(text) ||
+         text.find("<model") != std::string_view::npos;
+}
+
+/// Adds notes of parts that libassimp leaves out. Source of the names: 3MF Materials and Properties
+/// Extension, 3 and 4; 3MF Production Extension, 4.2.
+void add_notes(std::string_view model, std::vector<std::string>& notes) {
+  const auto has = [&](std::string_view text) {
+    return model.find(text) != std::string_view::npos;
+  };
+  if (has("colorgroup") || has("texture2dgroup") || has("compositematerials") ||
+      has("multiproperties")) {
+    notes.emplace_back("3MF: colours other than those of base materials are left out.");
+  }
+  for (std::size_t at = model.find("<triangle "); at != std::string_view::npos;
+       at = model.find("<triangle ", at + 1)) {
+    constexpr std::size_t kLooked = 512;  // bytes: seven attributes
+    const std::string_view rest = model.substr(at, kLooked);
+    const std::string_view triangle = rest.substr(0, rest.find('>'));
+    if (triangle.find(" pid") != std::string_view::npos ||
+        triangle.find(" p1") != std::string_view::npos) {
+      notes.emplace_back("3MF: each object has one material; those of its triangles are left out.");
+      return;
     }
   }
-  return "";
+}
+
+/// Returns the unit that a model names in its first element.
+std::string unit_of(std::string_view model) {
+  model.remove_prefix(std::min(model.find("<model"), model.size()));
+  const std::string_view head = model.substr(0, model.find('>'));
+  constexpr std::string_view kName = "unit";
+  for (std::size_t at = head.find(kName); at != std::string_view::npos;
+       at = head.find(kName, at + 1)) {
+    const bool is_word = std::isspace(static_cast<unsigned char>(head[at - 1])) != 0;
+    const std::string_view value = value_of(head.substr(at + kName.size()));
+    if (is_word && !value.empty()) {
+      return std::string(value.substr(1));
+    }
+  }
+  return "millimeter";  // the specification's default
+}
+
+/// Returns an error text for a model; empty: none.
+std::string check_model(std::string_view model) {
+  if (is_wide(model)) {
+    return "its model is not in UTF-8";
+  }
+  if (model.find("p:path=") != std::string_view::npos) {
+    return "its objects are in several files (3MF Production Extension), which are not read; "
+           "export it as one model, or as STL";
+  }
+  return check_transforms(model);
+}
+
+}  // namespace
+
+Result<std::string> check_3mf(const Bytes& file, std::vector<std::string>& notes) {
+  const auto entries = read_zip_directory(file, {});
+  if (!entries) {
+    return entries.error();
+  }
+  std::string unit;
+  for (const ZipEntry& entry : *entries) {
+    const auto content = read_zip_entry(file, entry);  // Memory is limited by the process.
+    if (!content) {
+      return content.error();
+    }
+    const std::string_view text = text_of(*content);
+    if (!is_model(entry.name, text)) {
+      continue;
+    }
+    if (std::string fault = check_model(text); !fault.empty()) {
+      return invalid(std::move(fault));
+    }
+    if (unit.empty() || entry.name == "3D/3dmodel.model") {
+      unit = unit_of(text);
+    }
+    add_notes(text, notes);
+  }
+  return unit.empty() ? Result<std::string>(invalid("it has no 3D model")) : unit;
 }
 
 }  // namespace core

@@ -20,7 +20,7 @@ struct ReadModel {
   std::string fault;  ///< why there is no GLB; empty: there is one
 };
 
-/// extension: stl, obj, ply or 3mf, of the first file. The others are found by the last part of
+/// extension: stl, obj, ply or 3mf, of the first file. The others are found by the last parts of
 /// their names.
 ReadModel read_model(const std::string& extension, std::vector<ModelFile> files);
 

@@ -155,12 +155,6 @@ TEST(Files, DevicesAndPipesAreWrittenInPlace) {
   fs::remove(pipe);
 }
 
-// FIPS 180-2, appendix B.1.
-TEST(Sha256, OfAbcIsThePublishedValue) {
-  EXPECT_EQ(cli::sha256_hex("abc"),
-            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-}
-
 TEST(ErrorOfReply, ShowsEveryFaultWithItsPointer) {
   cli::Reply reply;
   reply.status = 422;
@@ -191,10 +185,6 @@ TEST(ApiClient, ReportsAnUnreachableServer) {
   const auto reply = (*client)->get("/v1/jobs");
   ASSERT_FALSE(reply);
   EXPECT_NE(reply.error().message.find("http://127.0.0.1:9"), std::string::npos);
-}
-
-TEST(EncodeUrl, KeepsUnreservedCharacters) {
-  EXPECT_EQ(cli::encode_url("aZ0-._~ /?&="), "aZ0-._~%20%2F%3F%26%3D");
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // Closed forms of microfacet theory (truths 3 and 8), energy and reciprocity of the layered BSDF.
 #include "core/bsdf/bsdf.h"
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -22,8 +25,8 @@ using test_support::BsdfCase;
 /// Albedo under uniform light by sample() from wo, over the first points of a Kronecker sequence in
 /// three dimensions (powers of a generalised plastic number, Roberts 2018): error about 1e-4 for
 /// smooth integrands.
-double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
-  double sum = 0;
+core::Rgb sampled_color(const Bsdf& bsdf, int count) {
+  double sum[3] = {};
   double u[3] = {0.5, 0.5, 0.5};
   constexpr double kSteps[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   for (int i = 0; i < count; ++i) {
@@ -33,10 +36,15 @@ double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
     }
     const auto unit = [](double x) { return std::min(static_cast<float>(x), 0x1.fffffep-1F); };
     const auto s = bsdf.sample(unit(u[0]), {unit(u[1]), unit(u[2])});
-    sum += static_cast<double>(core::average(s.weight) * s.eta *
-                               s.eta);  // radiance / n^2 is conserved
+    for (int c = 0; c < 3; ++c) {
+      sum[c] += static_cast<double>(s.weight[c] * s.eta * s.eta);  // radiance / n^2 is conserved
+    }
   }
-  return sum / count;
+  const auto mean = [&](int c) { return static_cast<float>(sum[c] / count); };
+  return {mean(0), mean(1), mean(2)};
+}
+double sampled_albedo(const Bsdf& bsdf, int count = 150000) {
+  return static_cast<double>(core::average(sampled_color(bsdf, count)));
 }
 
 // Truth 8.
@@ -240,6 +248,83 @@ TEST_P(BsdfOf, AlbedoLayerIsTheScatteredFraction) {
     // two factors (as required by its extension), which the layer ignores.
     const double tolerance = std::max(c.layers ? 0.13 : 0.015, c.furnace_tolerance);
     EXPECT_NEAR(core::average(bsdf.albedo()), sampled_albedo(bsdf), tolerance) << degrees;
+  }
+}
+
+struct FilmCase {
+  float ior;
+  float thickness_nm;
+  float roughness;
+
+  Bsdf seen_from(double degrees, core::BsdfParameters p) const {
+    p.roughness = roughness;
+    p.alpha_x = p.alpha_y = std::max(roughness * roughness, 1e-4F);
+    core::BsdfLayers film;
+    film.iridescence = 1;
+    film.iridescence_ior = ior;
+    film.iridescence_thickness_nm = thickness_nm;
+    return Bsdf(p, test_support::direction(degrees), {0, 0, 1}, &film);
+  }
+};
+
+std::vector<FilmCase> films(std::initializer_list<float> roughnesses) {
+  std::vector<FilmCase> out;
+  for (const float ior : {1.0F, 1.3F, 1.8F, 2.4F}) {
+    for (const float thickness : {0.0F, 200.0F, 400.0F, 1000.0F}) {
+      for (const float roughness : roughnesses) {
+        out.push_back({ior, thickness, roughness});
+      }
+    }
+  }
+  return out;
+}
+
+// glTF 2.0, appendix B.2: mix(dielectric_brdf, metal_brdf, metallic), each with its own film
+// (KHR_materials_iridescence). 4000 points of the sequence are within 0.005; under these films, the
+// mean over 8 angles makes up to 0.6% of light (two Gauss nodes: 5%). F0 mixed before the film was
+// off by 0.75.
+TEST(Bsdf, FilmsOverHalfMetalsAreMixturesOfBothFilms) {
+  constexpr int kCount = 4000;
+  for (const FilmCase& film : films({0.0F, 0.05F, 0.5F})) {
+    for (const double degrees : {0.0, 40.0, 70.0}) {
+      const auto seen = [&](float metallic, core::Rgb color) {
+        return sampled_color(film.seen_from(degrees, {.base_color = color, .metallic = metallic}),
+                             kCount);
+      };
+      for (const core::Rgb color : {core::Rgb(1), core::Rgb{1, 0.766F, 0.336F}}) {
+        const core::Rgb ends[] = {seen(0, color), seen(1, color)};
+        for (const float metallic : {0.0F, 0.25F, 0.5F, 1.0F}) {
+          const core::Rgb mixed = seen(metallic, color);
+          for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(mixed[c], core::lerp(ends[0][c], ends[1][c], metallic), 0.005F)
+                << film.ior << " " << film.thickness_nm << " " << film.roughness << " " << degrees
+                << " " << metallic;
+            EXPECT_LE(mixed[c], 1.006F) << film.ior << " " << film.thickness_nm << " "
+                                        << film.roughness << " " << degrees << " " << metallic;
+          }
+        }
+      }
+    }
+  }
+}
+
+// From within, too, where the film is not seen under total reflection. Rough solids gain up to 1.7%
+// under these films, as their loss between facets is estimated (as if without a film: 6%).
+TEST(Bsdf, FilmsOverSolidsMakeNoLight) {
+  for (const FilmCase& film : films({0.0F, 0.2F, 0.8F, 1.0F})) {
+    for (const bool inside : {false, true}) {
+      for (const double degrees : {0.0, 40.0, 70.0, 80.0}) {
+        const core::BsdfParameters p = {.transmission = 1, .thin = false, .inside = inside};
+        const core::Rgb seen = sampled_color(film.seen_from(degrees, p), 4000);
+        const float error = film.roughness > 0 ? 0.018F : 1e-5F;
+        EXPECT_LE(core::max_component(seen), 1 + error)
+            << film.ior << " " << film.thickness_nm << " " << film.roughness << " " << inside << " "
+            << degrees;
+        if (!(film.roughness > 0) && inside && degrees > 41.8) {  // the critical angle of 1.5
+          EXPECT_EQ(seen, core::Rgb(1)) << degrees;
+        }
+      }
+    }
   }
 }
 

@@ -53,6 +53,10 @@ TEST(FileNames, PlainNamesStayInTheirFolder) {
   }
 }
 
+TEST(PercentEncode, KeepsUnreservedCharacters) {
+  EXPECT_EQ(core::percent_encode("aZ0-._~ /?&=\xff"), "aZ0-._~%20%2F%3F%26%3D%FF");
+}
+
 TEST(AreaCover, SharesOfAPartAndOfATexelAreWhole) {
   for (const auto& [size, parts] : {std::pair{7, 3}, {8, 4}, {1000, 300}, {5, 5}, {3, 1}}) {
     std::vector<double> taken(static_cast<std::size_t>(size));

@@ -503,6 +503,19 @@ TEST(GltfGeometry, SolidsOfAPrimitiveFaceOutwardsAndCavitiesInwards) {
   EXPECT_EQ(turned({{1, 0, true}, {1, 3, true}}), 0) << "other meshes may surround them";
 }
 
+TEST(GltfGeometry, ManySolidsOfAPrimitiveAreTurnedUnlessOneSurroundsThem) {
+  core::PrimitiveDescription p;
+  add_cube(p, 1, -3, false);
+  std::size_t expected = 0;
+  for (int i = 0; i < 20000; ++i) {  // more than can be compared with each other
+    const float x = 4 * static_cast<float>(i);
+    add_cube(p, 1, x, i % 3 == 0);
+    add_cube(p, 0.5F, x, true);  // a cavity
+    expected += i % 3 == 0 ? 12 : 0;
+  }
+  EXPECT_EQ(aligned({&p}).at(0), expected);
+}
+
 TEST(GltfGeometry, PrimitivesOfASolidFaceAsTheirNeighbours) {
   core::SceneDescription scene;
   scene.materials = {core::glass_material("glass", {1, 1, 1}, 1)};

@@ -6,6 +6,7 @@
 
 #include "api/json/errors.h"
 #include "core/base/sha256.h"
+#include "tests/support/read_bytes.h"
 #include "tests/unit/server/server_test_support.h"
 
 namespace {

@@ -6,6 +6,8 @@
 #include "core/integrators/registry.h"
 #include "core/scene_io/builtin_scenes.h"
 #include "server/scenes/scene_facts.h"
+#include "tests/support/read_bytes.h"
+#include "tests/support/zip_files.h"
 #include "tests/unit/server/server_parts.h"
 #include "tests/unit/server/server_test_support.h"
 

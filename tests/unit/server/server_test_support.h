@@ -1,31 +1,23 @@
-/// Helpers shared by the tests of the server: a temporary folder, bytes, small films, a zip writer.
+/// Helpers shared by the tests of the server: a temporary folder, bytes, small films.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/check.h"
+#include "core/base/temporary_folder.h"
 #include "core/film/film.h"
-#include "core/scene_io/gltf_load.h"
 
 namespace test_support {
 
-class TemporaryFolder {
+class TemporaryFolder : public core::TemporaryFolder {
  public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::string path() const { return path_.string(); }
-  std::string file(std::string_view name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
+  TemporaryFolder() { CHECK(!path().empty()); }
+  std::string file(std::string_view name) const { return path() + "/" + std::string(name); }
 };
 
-core::Bytes bytes_of(std::string_view text);
 std::string read_file(const std::string& path);
 void write_file(const std::string& path, std::string_view content);
 /// Flips one bit of the file.
@@ -35,13 +27,6 @@ void damage_file(const std::string& path, std::uint64_t offset);
 core::FilmSettings small_film();
 /// A tile in which every value is a function of (tile, samples).
 core::TileState made_tile(const core::Film& film, int tile, int samples);
-
-struct ZipFile {
-  std::string name;
-  std::string content;
-  bool deflate = false;
-};
-std::string make_zip(const std::vector<ZipFile>& files);
 
 /// A glTF document of one triangle whose buffer is the file `uri`; the buffer's content.
 std::string triangle_gltf(std::string_view uri);

@@ -34,6 +34,5 @@ set(SERVER_TEST_SOURCES
   turns_test.cpp
   webhook_test.cpp
   work_board_test.cpp
-  write_order_test.cpp
-  zip_test.cpp)
+  write_order_test.cpp)
 set(SERVER_TEST_LIBRARIES ZLIB::ZLIB)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import codecs
 import contextlib
 import hashlib
 import io
@@ -136,36 +137,48 @@ def side_file(document: Path, name: str) -> Path:
     return path.resolve()
 
 
-# `mtllib NAMES` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces.
-_REFERENCE = re.compile(rb"^[ \t]*(mtllib|map_\w+|norm)[ \t]+(.*?)[ \t\r]*$", re.M)
+# `mtllib NAMES` of an OBJ; `map_Kd OPTIONS NAME` and the like of its materials. Names have spaces,
+# and may be quoted.
+_REFERENCE = re.compile(rb"^[ \t]*(mtllib|map_\w+|norm)[ \t]+(.*?)[ \t]*$", re.M)
+
+
+def _text_of(path: Path) -> bytes:
+    """Returns the text of a file: of UTF-16 as UTF-8, with \\n for each end of a line."""
+    content = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        content = content.decode("utf-16", errors="replace").encode(errors="replace")
+    return content.replace(b"\r", b"\n")
 
 
 def _referenced(path: Path, reference: str) -> tuple[str, Path] | None:
-    """Returns the name in a reference, without folders, and its file: the longest end that names
+    """Returns the name in a reference, with slashes, and its file: the longest end that names
     one, or its last part, where the path is that of another machine."""
     last = re.split(r"[/\\]", reference)[-1]
     names = [reference[match.start() :] for match in re.finditer(r"\S+", reference)]
     for name in [*names, last]:
         with contextlib.suppress(FileNotFoundError, TesseraError):
-            return re.split(r"[/\\]", name)[-1], side_file(path, name)
+            return name.replace("\\", "/"), side_file(path, name)
     return None
 
 
 def obj_files(path: Path) -> dict[str, Path]:
     """Returns an OBJ, and the materials and textures that lie beside it: name, path.
 
-    The server names what is missing.
+    Names have no folders, unless another file has the same. The server names what is missing.
     """
     files = {path.name: path}
     waiting = [path]
     while waiting:
-        for match in _REFERENCE.finditer(waiting.pop().read_bytes()):
+        for match in _REFERENCE.finditer(_text_of(waiting.pop())):
             whole = match[2].decode(errors="surrogateescape")
-            for reference in (whole, *(whole.split() if match[1] == b"mtllib" else ())):
-                found = _referenced(path, reference)
-                if found is not None and found[0] not in files:
-                    files[found[0]] = found[1]
-                    waiting += [found[1]] if found[0].lower().endswith(".mtl") else []
+            quoted = re.findall('"([^"]+)"$', whole)
+            words = whole.split() if match[1] == b"mtllib" else []
+            for reference in (whole, *quoted, *words):
+                name, found = _referenced(path, reference) or ("", path)
+                if found not in (path, *files.values()):
+                    last = name.rsplit("/", 1)[-1]
+                    files[name if last in files else last] = found
+                    waiting += [found] if last.lower().endswith(".mtl") else []
     return files
 
 

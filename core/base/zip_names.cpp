@@ -1,11 +1,11 @@
-#include "server/scenes/zip_names.h"
+#include "core/base/zip_names.h"
 
 #include <algorithm>
 #include <array>
 
 #include "core/base/file_names.h"
 
-namespace server {
+namespace core {
 namespace {
 
 /// Code page 437 from 0x80 on. Source: Unicode's mapping table CP437.TXT.
@@ -38,7 +38,7 @@ std::string zip_name(std::string_view stored, bool is_utf8) {
       append_utf8(name, byte < 0x80 ? byte : kUpperHalf[byte - 0x80U]);
     }
   }
-  return core::with_slashes(name);
+  return with_slashes(name);
 }
 
 bool is_safe_name(std::string_view name) {
@@ -72,4 +72,4 @@ bool is_from_macos(std::string_view name) {
          name.substr(slash == std::string_view::npos ? 0 : slash + 1).starts_with("._");
 }
 
-}  // namespace server
+}  // namespace core

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace server {
+namespace core {
 
 /// Returns the name in UTF-8, with `/` for `\`, which some programs for Windows write. Without the
 /// flag for UTF-8 it is in code page 437, unless it is UTF-8 all the same. Source: APPNOTE.TXT
@@ -18,4 +18,4 @@ bool is_safe_name(std::string_view name);
 /// Returns whether a file is one in which macOS keeps what belongs to another file.
 bool is_from_macos(std::string_view name);
 
-}  // namespace server
+}  // namespace core

@@ -1,30 +1,29 @@
-#include "server/scenes/zip.h"
+#include "core/base/zip_reader.h"
 
 #include <algorithm>
 #include <set>
 
 #include <zlib.h>
 
-#include "server/scenes/zip_names.h"
+#include "core/base/invalid.h"
+#include "core/base/zip_format.h"
+#include "core/base/zip_names.h"
 
-namespace server {
-
-using core::Error;
-using core::ErrorCode;
+namespace core {
 
 namespace {
 
-constexpr std::uint32_t kEndMagic = 0x06054b50;
-constexpr std::uint32_t kCentralMagic = 0x02014b50;
-constexpr std::uint32_t kLocalMagic = 0x04034b50;
 constexpr std::size_t kEndBytes = 22;
 constexpr std::size_t kCentralBytes = 46;
 constexpr std::size_t kLocalBytes = 30;
 constexpr std::size_t kCommentMax = 65535;
-constexpr std::uint32_t kUtf8 = 1U << 11U;  // general purpose bit 11
 
-Error broken(std::string what) {
-  return Error{ErrorCode::kInvalidArgument, "zip archive: " + std::move(what), ""};
+Error broken(std::string what) { return invalid("zip archive: " + std::move(what)); }
+
+/// what: up to the limit.
+Error too_large(const std::string& what, std::uint64_t most) {
+  return {ErrorCode::kTooLarge,
+          "zip archive: " + what + "; at most " + std::to_string(most) + " are allowed", ""};
 }
 
 /// Reads little-endian numbers; reads beyond the end return 0, so that one bounds check per record
@@ -50,7 +49,7 @@ class Reader {
 };
 
 /// Finds the last end record whose comment reaches exactly to the end of the archive.
-core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
+Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
   const Reader reader(archive);
   if (archive.size() < kEndBytes) {
     return broken("too short");
@@ -58,15 +57,15 @@ core::Result<std::size_t> find_end_record(std::span<const std::byte> archive) {
   const std::size_t last = archive.size() - kEndBytes;
   const std::size_t first = last > kCommentMax ? last - kCommentMax : 0;
   for (std::size_t at = last + 1; at-- > first;) {
-    if (reader.u32(at) == kEndMagic && at + kEndBytes + reader.u16(at + 20) == archive.size()) {
+    if (reader.u32(at) == zip_format::kEndSignature &&
+        at + kEndBytes + reader.u16(at + 20) == archive.size()) {
       return at;
     }
   }
   return broken("no central directory; the file is cut short or is not a zip");
 }
 
-core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
-                                          const ZipLimits& limits) {
+Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at, const ZipLimits& limits) {
   ZipEntry entry;
   const std::size_t name_bytes = reader.u16(at + 28);
   if (name_bytes > limits.name_bytes_max) {
@@ -74,7 +73,8 @@ core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
                   std::to_string(limits.name_bytes_max) + " are allowed");
   }
   const std::uint32_t flags = reader.u16(at + 8);
-  entry.name = zip_name(reader.text(at + kCentralBytes, name_bytes), (flags & kUtf8) != 0);
+  entry.name =
+      zip_name(reader.text(at + kCentralBytes, name_bytes), (flags & zip_format::kUtf8) != 0);
   if (!is_safe_name(entry.name)) {
     return broken("the name \"" + entry.name + "\" leaves the archive or is not plain");
   }
@@ -95,13 +95,11 @@ core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
     return broken("\"" + entry.name + "\" needs Zip64, which is not read");
   }
   if (entry.bytes > limits.entry_bytes_max) {
-    return Error{ErrorCode::kTooLarge,
-                 "zip archive: \"" + entry.name + "\" unpacks to " + std::to_string(entry.bytes) +
-                     " bytes; at most " + std::to_string(limits.entry_bytes_max) + " are allowed",
-                 ""};
+    return too_large("\"" + entry.name + "\" unpacks to " + std::to_string(entry.bytes) + " bytes",
+                     limits.entry_bytes_max);
   }
   if (!reader.has(local, kLocalBytes) ||
-      reader.u32(static_cast<std::size_t>(local)) != kLocalMagic) {
+      reader.u32(static_cast<std::size_t>(local)) != zip_format::kLocalSignature) {
     return broken("\"" + entry.name + "\" has no local header");
   }
   const auto local_at = static_cast<std::size_t>(local);
@@ -114,8 +112,8 @@ core::Result<ZipEntry> read_central_entry(const Reader& reader, std::size_t at,
 
 }  // namespace
 
-core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
-                                                       const ZipLimits& limits) {
+Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
+                                                 const ZipLimits& limits) {
   const auto end = find_end_record(archive);
   if (!end) {
     return end.error();
@@ -126,10 +124,7 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
     return broken("it spans several disks");
   }
   if (count > limits.entries_max) {
-    return Error{ErrorCode::kTooLarge,
-                 "zip archive: " + std::to_string(count) + " entries; at most " +
-                     std::to_string(limits.entries_max) + " are allowed",
-                 ""};
+    return too_large(std::to_string(count) + " entries", limits.entries_max);
   }
   std::vector<ZipEntry> entries;
   std::set<std::string> names;
@@ -137,7 +132,8 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
   std::size_t at = reader.u32(*end + 16);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t variable = reader.u16(at + 28) + reader.u16(at + 30) + reader.u16(at + 32);
-    if (!reader.has(at, kCentralBytes + variable) || reader.u32(at) != kCentralMagic) {
+    if (!reader.has(at, kCentralBytes + variable) ||
+        reader.u32(at) != zip_format::kEntrySignature) {
       return broken("the central directory is cut short");
     }
     auto entry = read_central_entry(reader, at, limits);
@@ -163,8 +159,8 @@ core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte
   return entries;
 }
 
-core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
-                                                    const ZipEntry& entry) {
+Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
+                                              const ZipEntry& entry) {
   const auto packed = archive.subspan(static_cast<std::size_t>(entry.offset),
                                       static_cast<std::size_t>(entry.packed_bytes));
   std::vector<std::byte> content;
@@ -207,4 +203,4 @@ core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> a
   return content;
 }
 
-}  // namespace server
+}  // namespace core

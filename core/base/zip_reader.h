@@ -13,7 +13,7 @@
 
 #include "core/base/result.h"
 
-namespace server {
+namespace core {
 
 struct ZipLimits {
   std::size_t entries_max = 4096;
@@ -34,11 +34,11 @@ struct ZipEntry {
 
 /// Returns the files in the order of the archive, without folders. A name that leaves the archive,
 /// is repeated, or is not plain text is an error.
-core::Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
-                                                       const ZipLimits& limits);
+Result<std::vector<ZipEntry>> read_zip_directory(std::span<const std::byte> archive,
+                                                 const ZipLimits& limits);
 
 /// Returns the content of an entry, checked against its size and CRC.
-core::Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
-                                                    const ZipEntry& entry);
+Result<std::vector<std::byte>> read_zip_entry(std::span<const std::byte> archive,
+                                              const ZipEntry& entry);
 
-}  // namespace server
+}  // namespace core

@@ -1,4 +1,4 @@
-#include "server/scenes/zip.h"
+#include "core/base/zip_reader.h"
 
 #include <fstream>
 #include <optional>
@@ -7,12 +7,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "tests/unit/server/server_test_support.h"
+#include "tests/support/read_bytes.h"
+#include "tests/support/zip_files.h"
 
 namespace {
 
-using server::read_zip_directory;
-using server::read_zip_entry;
+using core::read_zip_directory;
+using core::read_zip_entry;
 using test_support::bytes_of;
 using test_support::make_zip;
 

@@ -120,6 +120,9 @@ std::string job_list_json(std::span<const JobView> jobs, std::span<const std::st
                           const std::optional<std::string>& next);
 
 std::string scene_json(std::string_view id, const core::SceneSummary& summary);
+/// Returns `scene`, a text of scene_json() from an earlier upload, for an upload of the same file
+/// by `name`: with a warning if the scene has another name, which it keeps.
+std::string known_scene_json(std::string scene, std::string_view name);
 /// scenes: texts of scene_json().
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next);

@@ -209,6 +209,18 @@ std::string scene_json(std::string_view id, const core::SceneSummary& summary) {
   return dump(scene_view().print({id, summary}));
 }
 
+std::string known_scene_json(std::string scene, std::string_view name) {
+  Json body = Json::parse(scene, nullptr, false);
+  if (!body.is_object() || body.value("name", "") == name) {
+    return scene;
+  }
+  const core::Warning warning(
+      "name", "", "the file is known as \"" + body.value("name", "") + "\", and keeps this name");
+  body["warnings"].push_back(warning.text());
+  body["warning_details"].push_back(warning_view().print(warning));
+  return dump(body);
+}
+
 std::string scene_list_json(std::span<const std::string> scenes,
                             const std::optional<std::string>& next) {
   return dump(scene_list_view().print({scenes, next}));

@@ -17,7 +17,7 @@ struct Extra {
 
   Extra(const BsdfParameters& p, const BsdfLayers* all) noexcept {
     const float diffuse = all == nullptr ? 0.0F : all->diffuse_transmission;
-    if (p.transmission > 0 && !p.thin) {
+    if (!p.thin && (p.transmission > 0 || (diffuse > 0 && p.ior != 1))) {
       solids = &p;
     }
     if (diffuse > 0 || (p.transmission > 0 && p.thin)) {

@@ -47,7 +47,7 @@ class BsdfOf {
   /// ng: local geometric normal on wo's side, unit; it defines the horizon. extra: layers, solids,
   /// walls and films, each null if no lane has any. layers: as for TopLayersOf; solids: have the
   /// transmission, specular_color, ior and inside of BsdfParameters; walls: WallOf; films: have
-  /// film(), ThinFilmOf. Weights are 0 in lanes without such a part.
+  /// film(), ThinFilmOf. Weights are 0, and the ior is 1, in lanes without such a part.
   template <typename Surface, typename Extra>
   BsdfOf(const Surface& s, GgxOf<F> ggx, V wo, V ng, const Extra& extra) noexcept
       : ng_(ng),
@@ -333,9 +333,9 @@ class BsdfOf {
       base.passed = walls.diffuse_color * (base.lambert * passed);
       below_ = base.passed;
     } else {
-      // Beside refraction, it changes radiance by the squared indices too, and less of the light in
-      // the denser medium passes, so that the lobe is reciprocal.
-      const F squared = square(select(solids->transmission > 0, solids->ior, F(1)));
+      // It changes radiance by the squared indices as refraction does, and less of the light in the
+      // denser medium passes, so that the lobe is reciprocal.
+      const F squared = square(solids->ior);
       const F eta_2 = select(solids->inside, 1 / squared, squared);
       passed = passed * min(eta_2, F(1));
       base.passed = walls.diffuse_color * (base.lambert * passed);
@@ -579,7 +579,7 @@ class BsdfOf {
         wi = -spread_.sample(u);
         is_below = on;
         if (glass_) {
-          to.s.eta = select(on & is_solid_, glass_->eta(), to.s.eta);
+          to.s.eta = select(on, glass_->eta(), to.s.eta);
         }
         break;
       case kSheen:

@@ -29,7 +29,11 @@ struct Solid {
   bool is_inside_out = false;  ///< closed, but its triangles face inwards, outside other solids
   std::uint32_t rank = 0;      ///< shared space belongs to the highest
   bool shares_space = false;   ///< may touch or overlap others
+  bool scatters = false;       ///< its interior
   Bounds box;                  ///< world, at all times
+  /// Index of refraction of the interior at 587.6 nm. 1 if no material of the surface has specular
+  /// transmission: what diffuse transmission alone lets in meets no index.
+  float ior = 1;
 };
 
 /// Returns whether a path that meets the front or the back of a triangle enters its solid.
@@ -123,19 +127,22 @@ class MediumStack {
   /// Begins a segment at a face, or elsewhere.
   void begin_segment(SolidFace at = {}) noexcept { start_ = at; }
   /// The medium of the segment that ends at `end`; null outside of all solids. A hole in a solid
-  /// does not let a path enter or leave its medium: a segment within the solid that begins or ends
-  /// at a hole, and at the surface at neither end, is free of it. This depends on the segment
-  /// alone, so it is the same from both ends.
+  /// that only absorbs does not let a path enter or leave its medium: a segment within the solid
+  /// that begins or ends at a hole, and at the surface at neither end, is free of it. This depends
+  /// on the segment alone, so it is the same from both ends. Media that scatter are not left out,
+  /// nor do they take the place of another one: paths end segments in them, and could not know
+  /// whether a hole lies behind.
   const Material* medium_to(SolidFace end) const noexcept {
     const Solid* solid = top();
     const auto at = [solid](SolidFace face, bool is_hole) {
       return face.solid == solid && face.is_hole == is_hole;
     };
-    if (solid == nullptr || !(at(start_, true) || at(end, true)) || at(start_, false) ||
-        at(end, false)) {
+    if (solid == nullptr || solid->scatters || !(at(start_, true) || at(end, true)) ||
+        at(start_, false) || at(end, false)) {
       return material();
     }
-    return count_ > 1 ? solids_[count_ - 2]->material : nullptr;
+    const Solid* around = count_ > 1 ? solids_[count_ - 2] : nullptr;
+    return around != nullptr && !around->scatters ? around->material : nullptr;
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -83,6 +84,19 @@ void find_shared_space(std::vector<Solid>& solids) {
   }
 }
 
+/// Returns the consequence for a view that passes the surface once, as through an open pane.
+std::string view_through(float ior) {
+  if (ior == 1) {
+    return "";
+  }
+  char text[160];
+  std::snprintf(text, sizeof text,
+                ", and what lies behind is seen %.3g times as bright (1 over the square of the "
+                "index of refraction); a thin pane has no thicknessFactor",
+                static_cast<double>(1 / (ior * ior)));
+  return text;
+}
+
 /// Joins open surfaces of one material: they are parts of one solid, as the two faces of a slab.
 std::vector<JoinedSurface> with_open_parts_joined(std::vector<JoinedSurface> surfaces,
                                                   std::span<const MeshData* const> meshes) {
@@ -158,6 +172,7 @@ class SolidFinder {
     const auto id = static_cast<std::uint32_t>(scene_.solids.size());
     Solid solid;
     double largest = -1;
+    bool refracts = false;
     for (const std::size_t i : surface.meshes) {
       PlacedMesh& here = scene_.placed[placed[i]];
       const MeshData& mesh = scene_.meshes[here.mesh];
@@ -170,7 +185,10 @@ class SolidFinder {
         largest = size;
         solid.material = &material;
       }
+      refracts = refracts || material.plain.transmission > 0;
     }
+    solid.scatters = solid.material->medium.scatters();
+    solid.ior = refracts ? std::max(solid.material->factors.ior, 1.0F) : 1.0F;
     first_.push_back(placed[surface.meshes.front()]);
     faces_inwards_.push_back(surface.border_edges == 0 && surface.volume_m3 < 0);
     if (surface.border_edges > 0) {
@@ -182,7 +200,8 @@ class SolidFinder {
                       " are wound in one direction: turn one side)"
                 : "is not closed (" + edges + " belong to one triangle only)") +
                "; where light enters the volume that it bounds and does not meet it again, the "
-               "volume has no end");
+               "volume has no end" +
+               view_through(solid.ior));
     }
     scene_.solids.push_back(solid);
   }

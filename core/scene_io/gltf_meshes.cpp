@@ -1,11 +1,13 @@
 #include "core/scene_io/gltf_meshes.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <numeric>
 #include <string>
 #include <utility>
 
+#include "core/materials/material.h"
 #include "core/scene_io/gltf_deform.h"
 #include "core/scene_io/gltf_model.h"
 #include "core/scene_io/tangent_space.h"
@@ -51,6 +53,20 @@ void repair_normals(PrimitiveDescription& p) {
   for (std::size_t i = 0; i < p.normals.size(); ++i) {
     p.normals[i] = unusable[i] ? normalize_or(p.normals[i], {0, 0, 1}) : p.normals[i];
   }
+}
+
+/// Returns which sets of texture coordinates textures that are drawn are read by.
+std::array<bool, 2> uv_sets_read(const MaterialDescription& m) {
+  std::array<bool, 2> read = {};
+  for (const MaterialMap& map : kMaterialMaps) {
+    const TextureDescription& texture = m.*map.description;
+    const bool is_read = m.unlit ? map.slot == &Material::base_color
+                                 : map.slot != nullptr && (m.has_layers() || !map.is_layer);
+    if (texture.image >= 0 && is_read) {
+      read[static_cast<std::size_t>(texture.uv_set)] = true;
+    }
+  }
+  return read;
 }
 
 }  // namespace
@@ -104,6 +120,9 @@ Result<std::vector<GltfMeshes::Part>> GltfMeshes::read_parts(int number) {
     parts.push_back({static_cast<std::uint32_t>(i), where, std::move(**read)});
     PrimitiveDescription& base = parts.back().primitive.base;
     base.material = material;
+    if (auto status = check_coordinates(base, where); !status) {
+      return status.error();
+    }
     triangles_ += base.indices.size() / 3;
     if (triangles_ > limits_.triangles_max) {
       return Error{ErrorCode::kTooLarge,
@@ -112,6 +131,27 @@ Result<std::vector<GltfMeshes::Part>> GltfMeshes::read_parts(int number) {
     }
   }
   return parts;
+}
+
+Status GltfMeshes::check_coordinates(const PrimitiveDescription& base, const std::string& where) {
+  if (base.material < 0) {
+    return ok_status();
+  }
+  const MaterialDescription& m = scene_.materials[static_cast<std::size_t>(base.material)];
+  const std::array<bool, 2> is_read = uv_sets_read(m);
+  Status status = ok_status();
+  for (std::size_t k = 0; k < is_read.size(); ++k) {
+    const std::string name = "TEXCOORD_" + std::to_string(m.uv_sets[k]);
+    if (status && is_read[k] && base.uv[k].empty() && without_uv_.insert(where + name).second) {
+      status = repairs_.mended("missing", where + "/attributes",
+                               "there is no " + name + ", which textures of material " +
+                                   std::to_string(base.material) +
+                                   (m.name.empty() ? "" : " ('" + m.name + "')") + " need",
+                               "its coordinates are (0, 0), so that one texel of each counts "
+                               "everywhere");
+    }
+  }
+  return status;
 }
 
 void GltfMeshes::turn_sides(std::vector<Part>& parts, const std::string& mesh) {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <tuple>
@@ -55,6 +56,8 @@ class GltfMeshes {
   Result<int> make(const MeshUse& use);
   /// Reads the primitives of a mesh that can be drawn.
   Result<std::vector<Part>> read_parts(int mesh);
+  /// Notes texture coordinates that its material needs and that it does not have.
+  Status check_coordinates(const PrimitiveDescription& base, const std::string& where);
   /// Turns triangles of solids, and then normals, to the side that is right.
   void turn_sides(std::vector<Part>& parts, const std::string& mesh);
   /// Moves the vertices by morph targets, skin or a singular transform.
@@ -76,6 +79,7 @@ class GltfMeshes {
   GltfRepairs& repairs_;
   SceneDescription& scene_;
   std::size_t triangles_ = 0;
+  std::set<std::string> without_uv_;  ///< noted by check_coordinates()
   std::map<std::tuple<int, std::vector<float>, int, std::uint32_t>, int> known_;
 };
 

@@ -8,7 +8,7 @@ namespace core {
 
 MediumStretch::MediumStretch(const PathState& path, const Medium* solid, float distance_m) noexcept
     : medium_(solid),
-      fog_(solid == nullptr ? path.fog : nullptr),
+      fog_(solid == nullptr && path.media.empty() ? path.fog : nullptr),
       origin_(path.ray.origin),
       direction_(path.ray.direction),
       length_m_(distance_m),

@@ -20,8 +20,8 @@ struct MediumSample {
 /// number. Source: Wilkie et al., Hero Wavelength Spectral Sampling, 2014, for the weights.
 class MediumStretch {
  public:
-  /// distance_m: to the next surface. solid: around the segment; null: it is in none, but in
-  /// path.fog. Both must outlive it.
+  /// distance_m: to the next surface. solid: around the segment; null: there is none, but path.fog
+  /// if path.media is empty. Both must outlive it.
   MediumStretch(const PathState& path, const Medium* solid, float distance_m) noexcept;
 
   bool scatters() const noexcept { return depth_m_ > 0 && medium_->scatters(); }

@@ -1,6 +1,5 @@
 #include "core/transport/scene_colors.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/color/wavelength.h"
@@ -45,17 +44,17 @@ void SpectralColors::surface_event(const SceneData& scene, const PathState& path
 
 Rgb SpectralColors::relative_ior(const BoundaryMedia& at) const noexcept {
   const Rgb nm = wavelengths_.nm();
-  const auto ior = [nm](const Material* m) {
-    if (m == nullptr) {
+  const auto ior = [nm](const Solid* solid) {
+    if (solid == nullptr || solid->ior == 1) {
       return Rgb(1);
     }
-    const MaterialDescription& f = m->factors;
+    const MaterialDescription& f = solid->material->factors;
     if (f.ior_curve.is_known()) {
       return Rgb{f.ior_curve.at(nm.r), f.ior_curve.at(nm.g), f.ior_curve.at(nm.b)};
     }
     const auto dispersed = [&f](float one) { return dispersive_ior(f.ior, f.dispersion, one); };
     return f.dispersion > 0 ? Rgb{dispersed(nm.r), dispersed(nm.g), dispersed(nm.b)}
-                            : Rgb(std::max(f.ior, 1.0F));
+                            : Rgb(solid->ior);
   };
   const Rgb inner = ior(at.within);
   const Rgb outer = ior(at.around);

@@ -9,19 +9,18 @@
 namespace core {
 namespace {
 
-/// Returns the index of refraction for this path, at its wavelength if it has one.
-float ior_of(const PathState& path, const Material* material) noexcept {
-  if (material == nullptr) {
-    return 1;
-  }
-  const MaterialDescription& f = material->factors;
-  const bool at_wavelength = f.dispersion > 0 && path.wavelength_nm > 0;
-  return at_wavelength ? dispersive_ior(f.ior, f.dispersion, path.wavelength_nm)
-                       : std::max(f.ior, 1.0F);
+bool disperses(const Solid* solid) noexcept {
+  return solid != nullptr && solid->ior > 1 && solid->material->factors.dispersion > 0;
 }
 
-bool disperses(const Material* material) noexcept {
-  return material != nullptr && material->factors.dispersion > 0;
+/// Returns the index of refraction for this path, at its wavelength if it has one.
+float ior_of(const PathState& path, const Solid* solid) noexcept {
+  if (solid == nullptr) {
+    return 1;
+  }
+  return disperses(solid) && path.wavelength_nm > 0
+             ? dispersive_ior(solid->ior, solid->material->factors.dispersion, path.wavelength_nm)
+             : solid->ior;
 }
 
 void solid_boundary(PathState& path, PathVertex& vertex) noexcept {
@@ -37,7 +36,7 @@ void solid_boundary(PathState& path, PathVertex& vertex) noexcept {
     const Rgb color = is_shared ? Rgb(1) : sample.weight;
     path.wavelength_nm = sample.wavelength_nm;
     if (front && !disperses_around) {
-      const MaterialDescription& f = at.within->factors;
+      const MaterialDescription& f = at.within->material->factors;
       const float outer = ior_of(path, at.around);
       const float cos_o = std::max(dot(vertex.shading.frame.n, vertex.wo_world), 0.0F);
       const float here = fresnel_dielectric(cos_o, ior_of(path, at.within) / outer);

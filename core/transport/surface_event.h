@@ -23,14 +23,14 @@ Rgb segment_transmittance(PathState& path, const PathVertex& vertex) noexcept;
 /// which decides between reflection and refraction.
 void surface_event(const SceneData& scene, PathState& path, PathVertex& vertex) noexcept;
 
-/// The media on both sides of a boundary, seen from the front of its triangle; null outside of all
-/// solids.
+/// The solids on both sides of a boundary, seen from the front of its triangle; null outside of
+/// all.
 struct BoundaryMedia {
-  const Material* within;  ///< behind it
-  const Material* around;  ///< before it
+  const Solid* within;  ///< behind it
+  const Solid* around;  ///< before it
   /// A path passes from `media` to `beyond`. front: it comes from the front.
   BoundaryMedia(const MediumStack& media, const MediumStack& beyond, bool front) noexcept
-      : within((front ? beyond : media).material()), around((front ? media : beyond).material()) {}
+      : within((front ? beyond : media).top()), around((front ? media : beyond).top()) {}
 };
 
 /// Returns the index of refraction behind a boundary over that before it.

@@ -112,7 +112,7 @@ class ShadowRay {
     const Vec3 segment = to - from_;
     if (const Material* solid = media_.medium_to(face); solid != nullptr) {
       pass(colors_.medium(*solid), length(segment));
-    } else if (path_.fog != nullptr) {
+    } else if (path_.fog != nullptr && media_.empty()) {
       const float distance_m = length(segment);
       pass(path_.fog->medium(), path_.fog->depth(from_, segment * (1 / distance_m), distance_m));
     }

@@ -299,8 +299,9 @@ template <std::size_t N>
 
 bool lanes_support(const SceneData& scene, const Solid& solid) noexcept {
   const Material& m = *solid.material;
+  // Lanes know no diffuse transmission of solids: a path would come and go with each segment.
   return !scene.has_solid_holes && solid.kind != SolidKind::kCavity && !m.medium.scatters() &&
-         !(m.factors.dispersion > 0);
+         !(m.factors.dispersion > 0) && m.plain.transmission > 0;
 }
 
 LaneSurfaces::~LaneSurfaces() = default;
@@ -471,7 +472,7 @@ template <std::size_t N>
       out.unsupported |= 1U << k;
       continue;
     }
-    out.solids.ior.v[k] = std::max(solid.material->factors.ior, 1.0F);
+    out.solids.ior.v[k] = solid.ior;
     out.solids.inside.v[k] = inwards ? 0 : -1;
     out.beyond.v[k] = inwards ? number : 0;
     if ((single >> k & 1U) != 0) {

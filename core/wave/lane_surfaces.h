@@ -6,7 +6,6 @@
 /// All others are `unsupported`: the lanes cannot evaluate them.
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -52,9 +51,7 @@ struct LaneHits {
 };
 
 /// Returns eta_scale of a path that came into the solid by refraction.
-inline float eta_scale_within(const Solid& solid) noexcept {
-  return square(std::max(solid.material->factors.ior, 1.0F));
-}
+inline float eta_scale_within(const Solid& solid) noexcept { return square(solid.ior); }
 /// Returns whether lanes support paths in this solid and through its boundary.
 bool lanes_support(const SceneData& scene, const Solid& solid) noexcept;
 

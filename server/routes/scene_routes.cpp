@@ -21,11 +21,15 @@ namespace {
 
 using core::ErrorCode;
 
-Response added_answer(const Request& request, const core::Result<SceneService::Added>& added) {
+/// name: given by the upload; empty: none.
+Response added_answer(const Request& request, const std::string& name,
+                      const core::Result<SceneService::Added>& added) {
   if (auto refused = refused_scene(request, added)) {
     return *std::move(refused);
   }
-  Response response = json_response(added->known ? 200 : 201, added->description);
+  Response response = added->known && !name.empty()
+                          ? json_response(200, api::known_scene_json(added->description, name))
+                          : json_response(added->known ? 200 : 201, added->description);
   response.headers.set("Location", "/v1/scenes/" + added->id);
   return response;
 }
@@ -60,16 +64,16 @@ Response create_scene(const RouteContext& context, Request& request,
   // The first bytes decide: of several types, generated clients choose the one of JSON for any
   // file.
   if (!*converted && (is_zip || is_zip_archive(content))) {
-    return added_answer(request, context.scenes.add_zip(*std::move(upload), origin));
+    return added_answer(request, query.name, context.scenes.add_zip(*std::move(upload), origin));
   }
   if (!is_json || is_glb(content)) {
-    return added_answer(request, context.scenes.add_file(*std::move(upload), origin));
+    return added_answer(request, query.name, context.scenes.add_file(*std::move(upload), origin));
   }
   const auto parsed = api::parse_scene_from_assets(content);
   if (!parsed) {
     return problem_answer(request, parsed.problem());
   }
-  return added_answer(request, context.scenes.add_from_assets(*parsed, origin));
+  return added_answer(request, query.name, context.scenes.add_from_assets(*parsed, origin));
 }
 
 Response list_scenes(const RouteContext& context, Request& request, const api::ListQuery& query) {

@@ -64,6 +64,13 @@ class Scenes(ApiTest):
         again = self.server.post("/v1/scenes?name=other", data, GLB)
         self.assertEqual((again.status, again.json()["id"], again.json()["name"]),
                          (200, made.json()["id"], "red chair.glb"))
+        kept = 'the file is known as "red chair.glb", and keeps this name'
+        self.assertEqual(again.json()["warnings"], [kept])
+        self.assertEqual(again.json()["warning_details"],
+                         [{"code": "name", "pointer": "", "detail": kept}])
+        for query in ("", "?name=red%20chair.glb"):
+            same = self.server.post("/v1/scenes" + query, data, GLB)
+            self.assertEqual((same.status, same.json()), (200, made.json()))
         listed = self.server.get("/v1/scenes").json()["scenes"]
         self.assertIn("red chair.glb", [scene["name"] for scene in listed])
         own = triangle_glb(scene=0, scenes=[{"nodes": [0], "name": "its own"}])

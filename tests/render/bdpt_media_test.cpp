@@ -57,6 +57,12 @@ core::MaterialDescription wax() {
   return m;
 }
 
+core::MaterialDescription with_holes(core::MaterialDescription m) {
+  m.alpha_mode = core::AlphaMode::kBlend;
+  m.base_alpha = 0.5F;
+  return m;
+}
+
 struct Case {
   const char* name;
   core::View view;
@@ -69,12 +75,13 @@ std::vector<Case> cases() {
   coloured.scene = test_support::box(kSide).scene;
   return {
       {"milk that refracts", ball_under_sky(milk(0.9F, 0.2F, 0.3F, 1.3F)), 12},
+      {"milk with holes", ball_under_sky(with_holes(milk(0.9F, 0.2F, 0.3F))), 12},
       {"milk without a boundary whose channels have their own extinction", ball_in_box(wax()), 48},
       {"fog with a lamp in it", fog_in_box(kSide, Rgb(1)), 30},
       {"coloured fog", coloured, 80}};
 }
 
-constexpr int kComparisons = 4;
+constexpr int kComparisons = 5;
 
 TEST(BdptMedia, ImagesAreThoseOfPath) {
   for (const Case& c : cases()) {
@@ -99,18 +106,40 @@ TEST(BdptMedia, DetectsFivePercentMoreScattering) {
 
 // Truth 11.
 TEST(BdptMedia, LosslessMilkIsInvisible) {
-  for (const float ior : {1.0F, 1.3F}) {
-    core::MaterialDescription m = milk(1, 0.5F, 0.4F, ior);
+  core::MaterialDescription wax = milk(1, 0.5F, 0.4F, 1.5F);
+  wax.transmission = 0;
+  wax.diffuse_transmission = 1;
+  for (const core::MaterialDescription& m :
+       {milk(1, 0.5F, 0.4F), milk(1, 0.5F, 0.4F, 1.3F), with_holes(milk(1, 0.5F, 0.4F)),
+        with_holes(milk(1, 0.5F, 0.4F, 1.3F)), with_holes(wax)}) {
+    const float ior = m.ior;
     core::View view = test_support::view_of(
         test_support::scene_of({m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 12, 12);
     test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
     view.environment = test_support::constant_sky({1, 1, 1});
     view.settings.max_depth = 64;
     view.settings.integrator = "bdpt";
-    expect_truth(test_support::render(view, 512), 1, 8e-3, "ior " + std::to_string(ior));
+    expect_truth(test_support::render(view, 512), 1, 8e-3,
+                 "ior " + std::to_string(ior) + ", coverage " + std::to_string(m.base_alpha));
     view.scene = test_support::build(test_support::scene_of(
         {milk(0.9F, 0.5F, 0.4F, ior)}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}));
     EXPECT_LT(test_support::render(view, 16).mean().g, 0.95F) << "the furnace can fail";
+  }
+}
+
+// There is none in solids, whatever way leads into them.
+TEST(BdptMedia, LosslessFogAroundGlassWithHolesIsInvisible) {
+  core::View view = test_support::view_of(
+      test_support::scene_of({with_holes(test_support::glass(1.3F))},
+                             {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}),
+      12, 12);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 64;
+  view.settings.fog.emplace().scattering = Rgb(1);
+  for (const char* integrator : {"path", "bdpt"}) {
+    view.settings.integrator = integrator;
+    expect_truth(test_support::render(view, 512), 1, 1e-2, integrator);
   }
 }
 

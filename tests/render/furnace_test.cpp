@@ -1,6 +1,13 @@
 // Closed spheres and constant environments (truths 1, 2 and 9), for every row of the registries.
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core/integrators/registry.h"
+#include "core/render/picture/meter.h"
 #include "core/settings/choices.h"
+#include "tests/render/gltf_stage.h"
 #include "tests/render/truth.h"
 #include "tests/support/statistics.h"
 
@@ -56,29 +63,39 @@ TEST(ClosedSphere, ThousandsOfEmittersDoNotChangeTheRadiance) {
   }
 }
 
-// A glass ball fills half of the view of each point of the wall that the camera sees. If holes
-// changed radiance, it would appear 1.9 times as bright.
-TEST(ClosedSphere, GlassWithHolesDoesNotChangeTheRadiance) {
-  core::MaterialDescription glass = test_support::lambert(Rgb(1));
-  glass.roughness = 0;
-  glass.ior = 2.4F;
-  glass.transmission = 1;
-  glass.thickness = 1;
-  glass.alpha_mode = core::AlphaMode::kBlend;
-  glass.base_alpha = 0.5F;
-  core::View view = test_support::view_of(
-      test_support::scene_of({grey_lamp(), glass},
-                             {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
-                              test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)}),
-      12, 12);
-  test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
-  view.settings.max_depth = 64;
-  for (const core::IntegratorEntry& row : core::integrators()) {
-    if (row.name != "direct" && row.name != core::kAutomaticIntegrator) {
-      view.settings.integrator = std::string(row.name);
-      // 6 % for the blur of biased rows, as in solids_test.cpp.
-      expect_truth(test_support::render(view, row.name == "light-trace" ? 2048 : 64), 1, 6e-2,
-                   std::string(row.name), row.bias == "none" ? 0 : 0.06);
+core::MaterialDescription solid(float transmission, float ior) {
+  core::MaterialDescription m = test_support::lambert(Rgb(1));
+  m.ior = ior;
+  m.transmission = transmission;
+  m.diffuse_transmission = 1 - transmission;
+  m.thickness = 1;
+  return m;
+}
+
+// A ball with holes, of glass or of wax, fills half of the view of each point of the wall that the
+// camera sees. If holes alone, or the surface alone, changed radiance, it would appear up to 1.9
+// times as bright.
+TEST(ClosedSphere, SolidsWithHolesDoNotChangeTheRadiance) {
+  for (const float transmission : {1.0F, 0.0F}) {
+    core::MaterialDescription ball = solid(transmission, 2.4F);
+    ball.roughness = 1 - transmission;
+    ball.alpha_mode = core::AlphaMode::kBlend;
+    ball.base_alpha = 0.5F;
+    core::View view = test_support::view_of(
+        test_support::scene_of({grey_lamp(), ball},
+                               {test_support::sphere({0, 0, 0}, 1, 16, true, 0),
+                                test_support::sphere({0, 0, 0}, 0.7F, 16, false, 1)}),
+        12, 12);
+    test_support::look_at(view, {0.84F, 0, 0}, {1, 0.05F, 0.02F}, 40);
+    view.settings.max_depth = 64;
+    for (const core::IntegratorEntry& row : core::integrators()) {
+      if (row.name != "direct" && row.name != core::kAutomaticIntegrator) {
+        view.settings.integrator = std::string(row.name);
+        // 6 % for the blur of biased rows, as in solids_test.cpp.
+        expect_truth(test_support::render(view, row.name == "light-trace" ? 2048 : 64), 1, 6e-2,
+                     std::string(row.name) + " transmission " + std::to_string(transmission),
+                     row.bias == "none" ? 0 : 0.06);
+      }
     }
   }
 }
@@ -115,6 +132,11 @@ std::vector<Lossless> lossless() {
     m.transmission = 0.5F;
     m.diffuse_transmission = 0.5F;
     all.push_back({"milky glass", m, roughness > 0 ? 1e-2 : 5e-3});
+    m.transmission = 0;
+    m.diffuse_transmission = 1;
+    all.push_back({"wax", m, 5e-3});
+    m.alpha_mode = core::AlphaMode::kBlend;
+    all.push_back({"wax with holes", m, 5e-3});
   }
   return all;
 }
@@ -149,6 +171,70 @@ TEST(WhiteFurnace, LosslessBallsAreInvisible) {
     for (const test_support::Moments& pixel : pixels) {
       EXPECT_LT(pixel.mean, 1 + l.cap + 7 * pixel.standard_error() + 1e-5) << what;
     }
+  }
+}
+
+/// Returns the mean of a ball that fills the image, in a white furnace.
+test_support::Picture ball_in_furnace(core::SceneDescription scene) {
+  core::View view = test_support::view_of(std::move(scene), 12, 12);
+  test_support::look_at(view, {0, 0, 3}, {0, 0, 0}, 30);
+  view.environment = test_support::constant_sky({1, 1, 1});
+  view.settings.max_depth = 128;
+  return test_support::render(view, 512);
+}
+
+// Light may come in by one texel, or by one part of the surface, and go out by another.
+TEST(WhiteFurnace, HoldsWhereTransmissionVaries) {
+  for (const float alpha : {1.0F, 0.5F}) {
+    for (const int other : {0, 128, 255}) {
+      core::MaterialDescription m = solid(1, 1.5F);
+      m.diffuse_transmission = 1;
+      m.alpha_mode = core::AlphaMode::kBlend;
+      m.base_alpha = alpha;
+      core::PrimitiveDescription ball = test_support::sphere({0, 0, 0}, 1, 16, false, 0);
+      for (const core::Vec3 p : ball.positions) {
+        ball.uv[0].push_back({0.5F + 0.5F * p.x, 0.5F});
+      }
+      core::SceneDescription scene = test_support::scene_of({m}, {std::move(ball)});
+      scene.materials[0].transmission_texture.image =
+          test_support::add_image(scene, 2, 1, 3, {0, 0, 0, other, other, other});
+      scene.materials[0].transmission_texture.nearest = true;
+      const std::string what = "texels 0 and " + std::to_string(other);
+      expect_truth(ball_in_furnace(std::move(scene)), 1, 1e-2, what, 5e-3);
+    }
+    std::vector<core::MaterialDescription> parts = {solid(0, 1.5F), solid(1, 1.5F)};
+    for (core::MaterialDescription& m : parts) {
+      m.alpha_mode = core::AlphaMode::kBlend;
+      m.base_alpha = alpha;
+    }
+    for (const std::size_t share : {1U, 2U}) {  // of three
+      core::PrimitiveDescription wax = test_support::sphere({0, 0, 0}, 1, 16, false, 0);
+      core::PrimitiveDescription glass = wax;
+      glass.material = 1;
+      const auto cut = static_cast<std::ptrdiff_t>(wax.indices.size() / 9 * 3 * share);
+      glass.indices.erase(glass.indices.begin(), glass.indices.begin() + cut);
+      wax.indices.erase(wax.indices.begin() + cut, wax.indices.end());
+      expect_truth(ball_in_furnace(test_support::scene_of(parts, {wax, glass})), 1, 1e-2,
+                   std::to_string(share) + " thirds of wax", 5e-3);
+    }
+  }
+}
+
+TEST(WhiteFurnace, AMeterBesideASolidWithHolesReadsTheSky) {
+  for (const float transmission : {1.0F, 0.0F}) {
+    core::MaterialDescription m = solid(transmission, 1.5F);
+    m.alpha_mode = core::AlphaMode::kBlend;
+    m.base_alpha = 0.5F;
+    core::View view = test_support::view_of(
+        test_support::scene_of({m}, {test_support::sphere({0, 0, 0}, 1, 16, false, 0)}), 4, 4);
+    view.environment = test_support::constant_sky({1, 1, 1});
+    view.settings.max_depth = 128;
+    view.settings.meter.points = {{{0, 0, 1.05}, {0, 0, -1}}};
+    const core::Meter meter({view.scene->data(), view.environment.get(), view.settings});
+    core::MeterChunk chunk;
+    ASSERT_TRUE(meter.render(0, chunk, 16384, {}));
+    const auto readings = core::meter_readings(core::meter_points(view.settings.meter), {chunk});
+    EXPECT_NEAR(readings.at(0).illuminance / std::numbers::pi, 1, 0.02) << transmission;
   }
 }
 

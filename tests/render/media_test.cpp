@@ -66,6 +66,10 @@ TEST(MediumFurnace, LosslessBallsAreInvisible) {
                              ", ior " + std::to_string(c.ior);
     expect_truth(picture, 1, 4e-3, what);
   }
+  core::MaterialDescription holes = milk(1, 0.5F, 0, 1.3F);
+  holes.alpha_mode = core::AlphaMode::kBlend;
+  holes.base_alpha = 0.5F;
+  expect_truth(test_support::render(ball(holes), 320), 1, 4e-3, "holes");
 }
 
 TEST(MediumFurnace, ExtinctionPerChannelStaysWhite) {

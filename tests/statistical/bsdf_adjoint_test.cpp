@@ -132,7 +132,8 @@ TEST_P(BsdfAdjoint, ParticlesCarryTheLightThatViewersSee) {
 
 TEST_P(BsdfAdjoint, DetectsTheEtaSquaredOfRadianceMode) {
   const core::BsdfParameters& p = GetParam().parameters;
-  if (p.thin || !(p.transmission > 0) || p.ior == 1) {
+  const bool is_leaf = GetParam().layers && GetParam().layers->diffuse_transmission > 0;
+  if (p.thin || !(p.transmission > 0 || is_leaf) || p.ior == 1) {
     return;  // does not enter another medium
   }
   const Surface surface(GetParam(), 0);

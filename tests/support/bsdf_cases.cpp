@@ -89,6 +89,10 @@ void add_layered(std::vector<BsdfCase>& cases) {
     add("MilkyGlassOutside" + tail, p, leaf, true);
     p.inside = true;
     add("MilkyGlassInside" + tail, p, leaf, true);
+    p.transmission = 0;
+    add("WaxInside" + tail, p, leaf, true);
+    p.inside = false;
+    add("WaxOutside" + tail, p, leaf, true);
   }
   // Whose albedo falls and rises again towards grazing angles.
   core::BsdfLayers film;

@@ -333,6 +333,19 @@ TEST(SceneView, ShowsBoundsCamerasAndLights) {
   EXPECT_TRUE(parsed(api::scene_json("id", core::SceneSummary{}))["bounds"].is_null());
 }
 
+TEST(SceneView, OfAKnownFileSaysThatItKeepsItsName) {
+  core::SceneSummary summary;
+  summary.name = "red chair";
+  const std::string scene = api::scene_json("id", summary);
+  EXPECT_EQ(api::known_scene_json(scene, "red chair"), scene);
+  const Json other = parsed(api::known_scene_json(scene, "chair"));
+  EXPECT_EQ(other["name"], "red chair");
+  const std::string kept = "the file is known as \"red chair\", and keeps this name";
+  EXPECT_EQ(other["warnings"], Json({kept}));
+  EXPECT_EQ(other["warning_details"],
+            Json::array({{{"code", "name"}, {"pointer", ""}, {"detail", kept}}}));
+}
+
 TEST(SceneList, ConcatenatesTexts) {
   const std::vector<std::string> scenes = {R"({"id":"a"})", R"({"id":"b"})"};
   EXPECT_EQ(api::scene_list_json(scenes, "n\"x"),

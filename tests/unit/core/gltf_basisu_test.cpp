@@ -14,7 +14,7 @@ core::Bytes ktx2_file(const char* name) {
 void add_textured(core::GlbWriter& writer, const std::string& texture) {
   writer.add("textures", texture);
   writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
-  add_triangle(writer, "\"material\":0");
+  add_mapped_triangle(writer, "\"material\":0");
 }
 
 TEST(GltfBasisu, ReadsTheTexture) {

@@ -63,7 +63,7 @@ TEST(GltfMaterial, TellsThatAJpegIsCut) {
     writer.add("images", R"({"mimeType":"image/jpeg","bufferView":)" + number(view) + "}");
     writer.add("textures", R"({"source":0})");
     writer.add("materials", R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
-    add_triangle(writer, "\"material\":0");
+    add_mapped_triangle(writer, "\"material\":0");
     const auto scene = load(writer);
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_EQ(scene->warnings.size(), missing == 0 ? 0U : 1U);
@@ -71,6 +71,61 @@ TEST(GltfMaterial, TellsThatAJpegIsCut) {
       EXPECT_EQ(scene->warnings[0].code, "image_cut");
       EXPECT_EQ(scene->warnings[0].pointer, "/images/0");
     }
+  }
+}
+
+/// A triangle with TEXCOORD_0, twice, whose material has a texture or more.
+core::Bytes mapped_triangles(const std::string& material) {
+  core::GlbWriter writer;
+  add_image(writer, pixel_png(1, 1, 1, 1));
+  writer.add("textures", R"({"source":0})");
+  writer.add("materials", "{\"name\":\"paint\"," + material + "}");
+  add_mapped_triangle(writer, R"("material":0,"targets":[{"POSITION":0}])");
+  writer.add("nodes", R"({"mesh":0,"weights":[1]})");
+  return writer.finish();
+}
+
+TEST(GltfMaterial, TellsWhichTextureCoordinatesAreMissing) {
+  struct Case {
+    std::string material;
+    std::string expected;  ///< the first missing attribute
+  };
+  const std::vector<Case> cases = {
+      {R"("normalTexture":{"index":0,"texCoord":1})", "TEXCOORD_1"},
+      {R"("normalTexture":{"index":0},"emissiveTexture":{"index":0,"texCoord":3})", "TEXCOORD_3"},
+      {R"("normalTexture":{"index":0,"extensions":{"KHR_texture_transform":{"texCoord":1}}})",
+       "TEXCOORD_1"},
+      {R"("extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":1,)"
+       R"("clearcoatTexture":{"index":0,"texCoord":1}}})",
+       "TEXCOORD_1"},
+      {R"("normalTexture":{"index":0})", ""},
+      {R"("occlusionTexture":{"index":0,"texCoord":1})", ""},
+      {R"("extensions":{"KHR_materials_volume":{"thicknessFactor":1,)"
+       R"("thicknessTexture":{"index":0,"texCoord":1}}})",
+       ""},
+      {R"("extensions":{"KHR_materials_clearcoat":{"clearcoatTexture":{"index":0,"texCoord":1}}})",
+       ""},
+      {R"("normalTexture":{"index":0,"texCoord":1},"extensions":{"KHR_materials_unlit":{}})", ""}};
+  for (const Case& c : cases) {
+    const core::Bytes file = mapped_triangles(c.material);
+    const auto scene = load(file);
+    ASSERT_TRUE(scene) << scene.error().message;
+    const auto strict = load(file, strictly());
+    if (c.expected.empty()) {
+      EXPECT_TRUE(scene->warnings.empty()) << c.material;
+      EXPECT_TRUE(strict) << c.material;
+      continue;
+    }
+    ASSERT_EQ(scene->warnings.size(), 1U) << c.material;
+    const core::Warning& warning = scene->warnings[0];
+    const std::string fault =
+        "there is no " + c.expected + ", which textures of material 0 ('paint') need";
+    EXPECT_EQ(warning.code, "missing");
+    EXPECT_EQ(warning.pointer, "/meshes/0/primitives/0/attributes");
+    EXPECT_EQ(warning.detail, fault +
+                                  "; its coordinates are (0, 0), so that one texel of each counts "
+                                  "everywhere");
+    expect_error_at(strict, "/meshes/0/primitives/0/attributes");
   }
 }
 

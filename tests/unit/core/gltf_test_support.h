@@ -55,6 +55,14 @@ inline void add_triangle(core::GlbWriter& writer, const std::string& more = "",
       node);
 }
 
+/// Adds a triangle with texture coordinates.
+inline void add_mapped_triangle(core::GlbWriter& writer, const std::string& more) {
+  const int positions = accessor(writer, triangle_positions(), kF32, "VEC3", 3);
+  const int uv = accessor(writer, std::vector<float>{0, 0, 1, 0, 0, 1}, kF32, "VEC2", 2);
+  add_primitive(writer, "\"attributes\":{\"POSITION\":" + number(positions) +
+                            ",\"TEXCOORD_0\":" + number(uv) + "}," + more);
+}
+
 inline core::Result<core::SceneDescription> load(const core::Bytes& file,
                                                  const core::GltfOptions& options = {}) {
   return core::load_gltf(file, nullptr, options);

@@ -17,6 +17,7 @@ using core::MaterialDescription;
 using core::MediumStack;
 using core::Rgb;
 using core::Solid;
+using core::SolidFace;
 using core::SolidKind;
 using core::Vec3;
 
@@ -101,6 +102,11 @@ TEST(MediumStack, ASegmentBetweenAHoleAndNoSurfaceIsFreeOfTheMedium) {
   media.begin_segment();
   EXPECT_EQ(media.medium_to({&solid, true}), nullptr);
   EXPECT_EQ(media.medium_to({}), &material);
+  solid.scatters = true;
+  for (const SolidFace start : {SolidFace(), SolidFace{&solid, true}}) {
+    media.begin_segment(start);
+    EXPECT_EQ(media.medium_to({&solid, true}), &material);
+  }
 }
 
 TEST(Solids, ContainThePointsInsideTheirSurface) {
@@ -183,6 +189,9 @@ TEST(Solids, WarnOfSurfacesThatAreNotClosedOrFaceInwards) {
   ASSERT_EQ(open.size(), 1U);
   EXPECT_NE(open.front().detail.find("mesh 'vase'"), std::string::npos);
   EXPECT_NE(open.front().detail.find("is not closed"), std::string::npos);
+  EXPECT_NE(open.front().detail.find("what lies behind is seen 0.444 times as bright"),
+            std::string::npos)
+      << open.front().detail;
 
   // Two halves of a ball, one wound the other way.
   core::PrimitiveDescription upper = test_support::sphere({0, 0, 0}, 1, 8, false, 0);

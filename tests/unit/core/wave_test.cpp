@@ -31,7 +31,9 @@ struct Surface {
   core::BsdfLayers layers;
   bool has_layers = false;
 
-  bool is_solid() const { return parameters.transmission > 0 && !parameters.thin; }
+  bool is_solid() const {
+    return !parameters.thin && (parameters.transmission > 0 || layers.diffuse_transmission > 0);
+  }
   bool is_wall() const {
     return (parameters.transmission > 0 && parameters.thin) || layers.diffuse_transmission > 0;
   }
@@ -102,7 +104,7 @@ struct LanesOfSurfaces {
     layers.sheen_roughness.v[k] = l.sheen_roughness;
     solids.transmission.v[k] = p.thin ? 0 : p.transmission;
     solids.specular_color.set(k, {p.specular_color.r, p.specular_color.g, p.specular_color.b});
-    solids.ior.v[k] = p.ior;
+    solids.ior.v[k] = p.thin ? 1 : p.ior;
     solids.inside.v[k] = p.inside ? -1 : 0;
     walls.transmission.v[k] = p.thin ? p.transmission : 0;
     walls.diffuse.v[k] = l.diffuse_transmission;

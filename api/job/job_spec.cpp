@@ -384,26 +384,15 @@ void take_named(const Json& request, const char* pointer, std::span<const core::
   }
 }
 
-/// Returns the defaults of the integrator named by the request, or of the default one. Those of
-/// previews leave no choice to pilots, which would keep the user waiting.
+/// Returns the defaults of the integrator named by the request, or of the default one.
 core::RenderSettings defaults_of(const Json& request) {
   const std::string type = text_at(request, "/integrator/type");
   const Json::json_pointer target("/stop/relative_error");
   core::DefaultTerms terms = core::kJobTerms;
   terms.has_error_target = request.contains(target) && !request.at(target).is_null();
   take_named(request, "/integrator/caustics", core::caustics_types(), terms.caustics);
-  const bool is_preview = text_at(request, "/class") == "preview";
-  if (is_preview) {
-    terms.light_sampler = core::DefaultTerms().light_sampler;
-  }
   take_named(request, "/light_sampler/type", core::light_samplers(), terms.light_sampler);
-  core::RenderSettings settings =
-      core::default_settings(type.empty() ? core::RenderSettings().integrator : type, terms);
-  core::SplittingType& splitting = settings.estimator.splitting;
-  if (is_preview && splitting == core::SplittingType::kMeasured) {
-    splitting = core::SplittingType::kFixed;
-  }
-  return settings;
+  return core::default_settings(type.empty() ? core::RenderSettings().integrator : type, terms);
 }
 
 }  // namespace

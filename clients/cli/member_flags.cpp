@@ -97,7 +97,7 @@ constexpr std::array kMethodFlags = {
     MemberFlag{"--sampler", "/sampler/type", Value::kText, "T", "Sequence of sample points",
                "sobol"},
     MemberFlag{"--light-sampler", "/light_sampler/type", Value::kText, "T", "Light selection",
-               "tree"},
+               "measured"},
     MemberFlag{"--mis", "/estimator/mis/type", Value::kText, "T",
                "MIS weighting: balance, power, maximum, optimal"},
     MemberFlag{"--roulette", "/estimator/roulette/type", Value::kText, "T", "Russian roulette",

@@ -203,7 +203,11 @@ std::optional<api::FieldError> RunBuilder::too_large(const api::JobSpec& spec,
 
 core::Result<core::View> RunBuilder::view(const api::JobSpec& spec, const LoadTerms& terms) const {
   CachedInputs inputs(parts_.scenes, spec, terms);
-  return api::view_of(spec, inputs);
+  auto made = api::view_of(spec, inputs);
+  if (made) {
+    made->is_quick = spec.job_class == api::JobClass::kPreview;
+  }
+  return made;
 }
 
 core::Result<std::shared_ptr<const core::Renderer>> RunBuilder::renderer(

@@ -28,9 +28,13 @@ struct PixelVariances {
 int best_split_count(const SplitCosts& costs) {
   int best = 1;
   double least = 0;
+  const double most = kSplitCostMost * (costs.prefix_rays + costs.branch_rays);
   for (int n = 1; n <= kMeasuredSplitMost && costs.branch_rays > 0; n *= 2) {
-    const double work = (costs.prefix_variance + costs.branch_variance / n) *
-                        (costs.prefix_rays + n * costs.branch_rays);
+    const double cost = costs.prefix_rays + n * costs.branch_rays;
+    if (cost > most) {
+      break;
+    }
+    const double work = (costs.prefix_variance + costs.branch_variance / n) * cost;
     if (n == 1 || work < least) {
       best = n;
       least = work;

@@ -21,6 +21,9 @@
 namespace core {
 
 inline constexpr int kMeasuredSplitMost = 8;
+/// A job of a fixed number of samples takes at most that many times as long as without splitting: 2
+/// would leave a bottle under a map at 2 continuations, where 4 are 1.4 times as efficient.
+inline constexpr double kSplitCostMost = 3;
 inline constexpr int kSplitPixels = 1024;
 
 struct SplitCosts {
@@ -33,7 +36,8 @@ struct SplitCosts {
 
 /// Returns the count of 1, 2, 4 and 8, as the sets of sobol have them, with the least variance
 /// times cost, (prefix_variance + branch_variance / n) (prefix_rays + n branch_rays); 1 if there
-/// are no rays behind the first surface. Source: Veach 1997, 10.4.
+/// are no rays behind the first surface. Counts of more than kSplitCostMost times the cost are left
+/// out. Source: Veach 1997, 10.4.
 int best_split_count(const SplitCosts& costs);
 
 /// Measures the costs. plain: an integrator without splitting. The pixels are spread evenly over

@@ -30,6 +30,9 @@ struct View {
   /// Paths per wave, if the integrator supports waves: 8, or 1 for tests. 0 traces one path at a
   /// time; the image is the same up to rounding.
   int wave_width = 8;
+  /// Measured options are not: light sampler tree, two continuations. For previews, of which pilots
+  /// would be the larger part.
+  bool is_quick = false;
   std::optional<Measured> measured = {};  ///< set by settle()
 };
 

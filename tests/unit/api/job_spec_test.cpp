@@ -44,22 +44,6 @@ TEST(JobSpec, ShowsEveryDefaultInTheDocumentedOrder) {
   EXPECT_EQ(api::spec_json(spec_of(R"({"scene":"cornell-box"})")), api::dump(expected));
 }
 
-TEST(JobSpec, PreviewsLeaveNoChoiceToPilots) {
-  const auto render = [](const std::string& members) {
-    return spec_of(R"({"scene":"x","class":"preview")" + members + "}").render;
-  };
-  for (const core::IntegratorEntry& row : core::integrators()) {
-    const auto usual = render(R"(,"integrator":{"type":")" + std::string(row.name) + R"("})");
-    EXPECT_NE(usual.light_sampler, core::LightSamplerType::kMeasured) << row.name;
-    EXPECT_NE(usual.estimator.splitting, core::SplittingType::kMeasured) << row.name;
-  }
-  EXPECT_EQ(render("").estimator.splitting, core::SplittingType::kFixed);
-  const auto asked = render(
-      R"(,"light_sampler":{"type":"measured"},"estimator":{"splitting":{"type":"measured"}})");
-  EXPECT_EQ(asked.light_sampler, core::LightSamplerType::kMeasured);
-  EXPECT_EQ(asked.estimator.splitting, core::SplittingType::kMeasured);
-}
-
 TEST(JobSpec, GlassLetsATransparentBackgroundThroughWhereTheIntegratorCan) {
   const auto through = [](const std::string& integrator, const std::string& background) {
     const api::JobSpec spec = spec_of(R"({"scene":"x","integrator":{"type":")" + integrator +

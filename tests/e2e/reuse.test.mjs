@@ -9,7 +9,12 @@ const skip = process.env.TESSERA_URL || process.env.TESSERA_BINARY ? false : 'ne
 const { server, withPage } = serverAndBrowser({ skip });
 
 const film = { width: 24, height: 16 };
-const common = { name: 'again', film, stop: { samples_per_pixel: 2 } };
+const common = {
+  name: 'again',
+  film,
+  light_sampler: { type: 'tree' },
+  stop: { samples_per_pixel: 2 },
+};
 /** Jobs that together have every member of the schema. */
 const requests = {
   'a polished sweep through a lens': {
@@ -89,6 +94,7 @@ const requests = {
   'a meter without an image': {
     scene: 'cornell-box',
     film: null,
+    light_sampler: { type: 'tree' },
     meter: {
       points: [{ position: [0, 0.4, 0], normal: [0, 0, 1] }],
       plane: {
@@ -177,7 +183,8 @@ const ownFiles = (scene, asset) => ({
 });
 /**
  * Who is notified, and how previews are served: neither is a setting of the image. Caustics are
- * settled before a job renders: its integrator is the choice.
+ * settled before a job renders: its integrator is the choice. A measured light sampler is settled
+ * too, so jobs name one.
  */
 const notSettings = [
   '/class',

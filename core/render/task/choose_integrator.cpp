@@ -67,7 +67,7 @@ constexpr int kCandidatesMost = 4;  ///< 8 were less efficient in six of seven s
 
 /// Samples and continuations of pilots of splitting: of 8 to 128 samples in 1,024 and 4,096 pixels,
 /// and 2 or 4 continuations, the cheapest that chose counts with at least .8 of the best efficiency
-/// in 19 of 23 scenes (files under maps, built-in ones, rooms). Fewer samples see too much noise of
+/// in 16 of 19 scenes (files under maps, built-in ones, rooms). Fewer samples see too much noise of
 /// camera rays, which well-distributed points take away first (Mitchell, Consequences of Stratified
 /// Sampling in Graphics, 1996).
 constexpr int kSplitPilotSamples = 32;
@@ -76,8 +76,8 @@ constexpr int kSplitPilotCount = 2;
 /// 23 scenes of files and maps (.4 to 1.3), from the times of images with 1 and 4 continuations.
 constexpr double kWorkOfCameraRay = 0.65;
 
-/// Samples of a pilot of a light sampler: 8, 16 and 64 chose alike in nine scenes of files and maps
-/// and in seven built-in ones.
+/// Samples of a pilot of a light sampler: 8, 16 and 64 chose alike in ten scenes of files and maps
+/// and in six built-in ones.
 constexpr int kLightPilotSamples = 8;
 
 /// Null: a light sampler.

@@ -77,7 +77,7 @@ struct LightChoice {
 };
 
 /// Chooses tree or ris, with twice the candidates as long as that raises the efficiency; tree
-/// without pilots if all lights are distant: ris was then .62 to .97 times as efficient in seven
+/// without pilots if all lights are distant: ris was then .62 to .89 times as efficient in four
 /// scenes of files under maps. Not restir, which leaves the lanes: its rays take 1.7 to 5.1 times
 /// as long, and its efficiency was that of ris or less in cornell-box, interior, many-lights,
 /// veach-mis and glass. Pre: the integrator of view.settings accepts light samplers, and the other

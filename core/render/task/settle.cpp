@@ -11,7 +11,7 @@
 namespace core {
 namespace {
 
-/// For View::is_quick: at least as efficient as none in 26 of 30 scenes of files under maps and
+/// For View::is_quick: at least as efficient as none in 24 of 30 scenes of files under maps and
 /// rooms.
 constexpr int kQuickSplitCount = 2;
 

@@ -10,7 +10,8 @@
 namespace cli {
 
 /// Returns "is nested deeper than ..." for JSON that is nested deeper than any request may be,
-/// which is neither copied nor written, since both recur; else empty, for what is no JSON too.
+/// which is neither copied nor written, since both recur; else empty, also for text that is no
+/// JSON.
 std::string nesting_fault(const std::string& text);
 /// Never throws: invalid JSON gives an empty object.
 Json parse_object(const std::string& text);

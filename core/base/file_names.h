@@ -18,7 +18,7 @@ std::string with_slashes(std::string_view name);
 /// or macOS would take for the same file. Text that is not UTF-8 keeps its bytes.
 std::string folded_name(std::string_view name);
 
-/// Returns what follows the last `/` or `\`.
+/// Returns the part after the last `/` or `\`.
 std::string_view last_part(std::string_view name);
 
 bool is_utf8(std::string_view text);

@@ -20,7 +20,7 @@ constexpr std::size_t kCommentMax = 65535;
 
 Error broken(std::string what) { return invalid("zip archive: " + std::move(what)); }
 
-/// what: up to the limit.
+/// what: subject and verb of the sentence; the limit follows.
 Error too_large(const std::string& what, std::uint64_t most) {
   return {ErrorCode::kTooLarge,
           "zip archive: " + what + "; at most " + std::to_string(most) + " are allowed", ""};

@@ -32,7 +32,7 @@ struct Solid {
   bool scatters = false;       ///< its interior
   Bounds box;                  ///< world, at all times
   /// Index of refraction of the interior at 587.6 nm. 1 if no material of the surface has specular
-  /// transmission: what diffuse transmission alone lets in meets no index.
+  /// transmission: light that only diffuse transmission lets in meets no index.
   float ior = 1;
 };
 

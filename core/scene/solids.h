@@ -34,12 +34,12 @@ struct PlacedFrom {
   std::vector<std::vector<std::uint32_t>> pieces = {};  ///< from turn_pieces()
 };
 
-/// Fills scene.solids, PlacedMesh::solid and what follows from them. The meshes of one instance, or
-/// of several that close a surface together, are one solid if they share borders; its medium is
-/// that of the largest. Ranks: by the priority of the material; else the smaller solid wins (by its
-/// box), which is the inner one where solids nest; open surfaces, which may extend without limit,
-/// are the largest. Warns, in the description, of surfaces that are not closed or that face
-/// inwards.
+/// Fills scene.solids, PlacedMesh::solid and the members that follow from them. The meshes of one
+/// instance, or of several that close a surface together, are one solid if they share borders; its
+/// medium is that of the largest. Ranks: by the priority of the material; else the smaller solid
+/// wins (by its box), which is the inner one where solids nest; open surfaces, which may extend
+/// without limit, are the largest. Warns, in the description, of surfaces that are not closed or
+/// that face inwards.
 void find_solids(SceneData& scene, const PlacedFrom& from);
 
 /// Returns the solids around a point. Source: crossings of rays from there with closed surfaces,

@@ -216,8 +216,8 @@ class Player {
     }
     if (jumps_) {
       repairs_.note("shutter", "",
-                    "While the shutter is open, what animations with STEP keys move keeps its pose "
-                    "at the opening.");
+                    "While the shutter is open, parts that animations with STEP keys move keep "
+                    "their pose at the opening.");
     }
     return std::move(moment_);
   }

@@ -282,7 +282,7 @@ TEST(Shutter, RotationsUseSeveralStepsAndOneOfManyInstancesMovesAlone) {
   EXPECT_EQ(test_support::build(straight.open(0, 1))->data().meshes.at(0).later.size(), 1U);
 }
 
-TEST(Shutter, WhatStepKeysMoveKeepsItsPoseAndAWarningSaysSo) {
+TEST(Shutter, StepKeysHoldAtTheOpeningAndAWarningSaysSo) {
   File file;
   const int square = file.shown(file.rectangle(0, 0.5F, 0, 0.5F, 0, 0));
   file.animate(square, "translation", {-1, 0, 0, 0.5F, 0, 0}, "VEC3", 3, "STEP");

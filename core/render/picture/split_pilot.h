@@ -3,7 +3,7 @@
 /// media.
 ///
 /// At each of some pixels the pilot traces four paths: two camera rays with two continuations each,
-/// using a separate random stream. They do not contribute to the image, so what they decide is
+/// using a separate random stream. They do not contribute to the image, so their decision is
 /// independent of the samples that it weights, and the image stays unbiased. Costs are counted in
 /// rays, so the result is the same on any machine.
 #pragma once

@@ -1,5 +1,5 @@
 /// Chooses path, bdpt, sppm or path-caustics for jobs of type `auto`, by small pilot images of
-/// each, whether `path` traces photons of caustics, and how it picks lights.
+/// each, whether `path` traces photons of caustics, how often it splits, and how it picks lights.
 ///
 /// Each pilot uses a random stream of its own. The criterion is efficiency, 1 / (V T): V is the
 /// squared error of the pilot's pixels, relative to the light that the pilots found there, times

@@ -218,7 +218,7 @@ class Values {
   std::size_t line_;  ///< the last of the header
 };
 
-/// What is found in faces.
+/// Findings in faces.
 struct Faces {
   std::uint64_t vertices = 0;  ///< of the file
   std::size_t short_ones = 0;

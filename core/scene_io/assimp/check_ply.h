@@ -10,8 +10,8 @@ namespace core {
 
 /// Returns an error text for headers that are not understood, for files that end before their
 /// elements do, for coordinates that are missing or not finite, and for faces without corners or
-/// with others than the file's vertices, and for strips; empty: none. Adds notes of what is left
-/// out.
+/// with others than the file's vertices, and for strips; empty: none. Adds notes of parts that are
+/// left out.
 std::string check_ply(const Bytes& file, std::vector<std::string>& notes);
 
 }  // namespace core

@@ -42,7 +42,7 @@ namespace {
 constexpr int kF32 = 5126;
 constexpr int kU32 = 5125;
 constexpr const char* kNoTriangles = "it has no triangles";
-constexpr double kGrey = 0.8;   ///< of what has no colour: as Blender's new materials
+constexpr double kGrey = 0.8;   ///< without a colour: as Blender's new materials
 constexpr int kDepthMost = 64;  ///< of nodes
 constexpr std::size_t kNodesMost = 1'000'000;
 
@@ -537,8 +537,8 @@ std::string mend(const std::string& extension, std::vector<ModelFile>& files,
                               : "";
 }
 
-/// Returns an error text of libassimp in words for users. Throws what libassimp has caught where
-/// memory was missing.
+/// Returns an error text of libassimp in words for users. Throws std::bad_alloc again, which
+/// libassimp catches.
 std::string told(std::string text) {
   if (text.find("bad_alloc") != std::string::npos) {
     throw std::bad_alloc();

@@ -61,7 +61,7 @@ inline bool is_in_float(double value) {
   return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
 }
 
-/// What a word is as a number.
+/// Whether a word is a number, and which kind.
 enum class Number { kFinite, kNotFinite, kNone };
 
 inline Number number_of(std::string_view word) {

@@ -200,7 +200,7 @@ TEST(MakeRequest, ReportsTheLocationOfSyntaxErrors) {
   EXPECT_EQ(request.error().where, file.path());
 }
 
-TEST(MakeRequest, RefusesWhatIsNestedTooDeep) {
+TEST(MakeRequest, RefusesJsonThatIsNestedTooDeep) {
   const auto made = [](std::size_t levels) {
     const TemporaryFile file(R"({"scene": "x", "labels": )" + std::string(levels - 1, '[') +
                              std::string(levels - 1, ']') + "}");

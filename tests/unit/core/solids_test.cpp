@@ -284,7 +284,7 @@ TEST(Solids, PiecesOfACavityStay) {
   EXPECT_TRUE(scene->summary().warnings.empty());
 }
 
-TEST(Solids, WhatNodesDoNotCloseTogetherStays) {
+TEST(Solids, PiecesThatNodesDoNotCloseStay) {
   core::PrimitiveDescription bowl = half_ball(true, 1, true);
   bowl.indices.resize(bowl.indices.size() - 6);  // a hole
   const auto scene = test_support::build(nodes_of({half_ball(false, 1, false), bowl}, {0, 0, 0}));
